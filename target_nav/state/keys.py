@@ -28,7 +28,7 @@ class Key:
     """The value may be None."""
 
 
-NOW_S = Key("/clock/now_s", float, "s", "nav loop", ("*motion", "*timing"), "monotonic time of this tick")
+NOW_S = Key("/clock/now_s", float, "s", "nav loop", ("*motion", "TargetTracked", "decorators"), "monotonic time of this tick")
 DT_S = Key("/clock/dt_s", float, "s", "nav loop", ("*motion",), "time since the last tick")
 REQUESTED = Key("/command/requested", bool, "", "nav loop", ("MissionRequested",), "GO was the last word, not STOP")
 SCAN_AGE_S = Key("/input/scan_age_s", float, "s", "nav loop", ("InputsFresh",), "inf: there was none yet")

@@ -1,0 +1,59 @@
+"""Finding the target: turn on the spot, then drive a spiral."""
+
+from __future__ import annotations
+
+from behaviours.leaf import number
+from behaviours.motion import DISTANCE_M, REASON_PORT, SPEED_MPS, TIME_S, MotionLeaf
+from target_nav.nav.skill import Skill
+from target_nav.nav.spiral_search import SpiralSearch as SpiralSearchSkill
+from target_nav.nav.turn_search import TurnSearch as TurnSearchSkill
+from target_nav.state.types import NavState
+
+
+class TurnSearch(MotionLeaf):
+    """Turns towards where the target was last seen, then all the way round. SUCCESS when a track is confirmed."""
+
+    STATE = NavState.SEARCHING
+    INPUT_PORTS = {
+        "time_limit_s": number("FAILURE after so long"),
+        "yaw_rate_radps": number("turning speed"),
+    }
+    OUTPUT_PORTS = REASON_PORT
+    PORT_LIMITS = {"time_limit_s": TIME_S, "yaw_rate_radps": (0.05, 3.0)}
+
+    def make_skill(self) -> Skill:
+        config = self.config()
+        return TurnSearchSkill(
+            config,
+            time_limit_s=self.get_input("time_limit_s", config.search.time_limit_s),
+            yaw_rate_radps=self.get_input("yaw_rate_radps", config.search.yaw_rate_radps),
+        )
+
+
+class SpiralSearch(MotionLeaf):
+    """Drives outwards in a spiral and looks round on the way. SUCCESS when a track is confirmed."""
+
+    STATE = NavState.SPIRAL_SEARCH
+    INPUT_PORTS = {
+        "time_limit_s": number("FAILURE after so long"),
+        "radius_m": number("how far out"),
+        "spacing_m": number("from one turn of the spiral to the next"),
+        "speed_mps": number("speed along the spiral"),
+    }
+    OUTPUT_PORTS = REASON_PORT
+    PORT_LIMITS = {
+        "time_limit_s": TIME_S,
+        "radius_m": DISTANCE_M,
+        "spacing_m": (0.1, 5.0),
+        "speed_mps": SPEED_MPS,
+    }
+
+    def make_skill(self) -> Skill:
+        config = self.config()
+        return SpiralSearchSkill(
+            config,
+            time_limit_s=self.get_input("time_limit_s", config.search.spiral_time_limit_s),
+            radius_m=self.get_input("radius_m", config.search.spiral_radius_m),
+            spacing_m=self.get_input("spacing_m", config.search.spiral_spacing_m),
+            speed_mps=self.get_input("speed_mps", config.search.spiral_speed_mps),
+        )

@@ -1,0 +1,65 @@
+"""The options every process has: which configuration and which channels. Names and limits come from `config.py`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import yaml
+
+from target_nav.config import Config
+from target_nav.errors import ConfigError
+
+
+def add_config_arguments(parser: argparse.ArgumentParser) -> None:
+    """`--config FILE`, `--set KEY=VALUE` (again and again) and `--prefix NAME`."""
+    parser.add_argument("--config", metavar="FILE", type=Path, help="YAML file of dotted keys: lidar.rate_hz: 10.0")
+    parser.add_argument(
+        "--set", metavar="KEY=VALUE", action="append", default=[], help="one key, over the file; may be repeated"
+    )
+    parser.add_argument("--prefix", metavar="NAME", help="of the channels in /dev/shm (key ipc.prefix)")
+
+
+def config_from(arguments: argparse.Namespace, base: Config | None = None) -> Config:
+    """`base` (the reference robot) with the options applied: the file, then `--set`, then `--prefix`.
+
+    Raises:
+        ConfigError: a file that cannot be read, an unknown key, a value outside its limits.
+    """
+    config = base or Config()
+    if arguments.config is not None:
+        config = load_config(arguments.config, config)
+    for setting in arguments.set:
+        key, equals, text = setting.partition("=")
+        if not equals:
+            raise ConfigError(f"--set {setting!r}: it must be KEY=VALUE, as in --set lidar.rate_hz=10.0")
+        config = config.override({key.strip(): yaml.safe_load(text)}, source="--set")
+    if arguments.prefix is not None:
+        config = config.override({"ipc.prefix": arguments.prefix}, source="--prefix")
+    return config
+
+
+def load_config(path: Path, base: Config | None = None) -> Config:
+    """`base` (the reference robot) with a YAML file of dotted keys applied.
+
+    Raises:
+        ConfigError: the file cannot be read, is not such a mapping, or has a wrong key or value.
+    """
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"configuration {path} cannot be read: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ConfigError(f"configuration {path} is not YAML: {error}") from error
+    if data is None:
+        data = {}
+    if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
+        raise ConfigError(f"configuration {path} must be a mapping of dotted keys, as in `lidar.rate_hz: 10.0`")
+    return (base or Config()).override(data, source=str(path))
+
+
+def write_config(config: Config, path: Path) -> None:
+    """The keys in which `config` differs from the reference robot, in the form `load_config` reads."""
+    reference = {key: value for key, value, _ in Config().items()}
+    changed = {key: value for key, value, _ in config.items() if value != reference[key]}
+    path.write_text(yaml.safe_dump(changed, sort_keys=True), encoding="utf-8")
