@@ -1,0 +1,76 @@
+#!/usr/bin/env bash
+# Sets up what is needed, then tests.
+#   scripts/test.sh                  style, types, import contracts, all tests, and the fast tests on other Pythons
+#   scripts/test.sh [pytest args]    only pytest, with these arguments
+set -euo pipefail
+# shellcheck source=scripts/lib/setup.sh
+source "$(dirname "${BASH_SOURCE[0]}")/lib/setup.sh"
+
+case ${1:-} in
+  -h | --help)
+    sed -n '2,4s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+    exit 0
+    ;;
+esac
+
+set_up
+cd "$ROOT"
+bin=$ROOT/.venv/bin
+# One ROS domain for this run, so that two runs on one machine do not hear each other.
+export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST
+ROS_DOMAIN_ID=$((RANDOM % 100 + 1))
+export ROS_DOMAIN_ID
+
+if (($#)); then exec "$bin/python" -m pytest "$@"; fi
+
+rows=()
+failed=0
+
+# check NAME COMMAND...: runs it, keeps a row for the table.
+check() {
+  local name=$1 began=$SECONDS outcome=ok
+  shift
+  echo "== $name"
+  "$@" || { outcome=FAILED; failed=1; }
+  rows+=("$(printf '%-34s %-7s %4d s' "$name" "$outcome" $((SECONDS - began)))")
+}
+
+# The fast tests in an environment of their own; the output is shown only when they fail, so that the one summary
+# of pytest on the screen is that of the full run.
+# shellcheck disable=SC2329
+fast_tests() {
+  local minor=$1 python=$2 log=.cache/pytest-py3$1.log
+  "$python" scripts/setup_environment.py --light || return 1
+  if ".venv-py3$minor/bin/python" -m pytest -q -m 'not slow and not ros' -o cache_dir=".cache/pytest-py3$minor" \
+    >"$log" 2>&1; then
+    tail -n 1 "$log"
+  else
+    cat "$log"
+    return 1
+  fi
+}
+
+check 'ruff check' "$bin/ruff" check .
+check 'ruff format' "$bin/ruff" format --check .
+check 'mypy' "$bin/mypy"
+check 'import contracts' "$bin/lint-imports" --no-logo --cache-dir .cache/import-linter
+check 'shellcheck' "$bin/shellcheck" -x scripts/*.sh scripts/lib/*.sh .ci/run
+
+own=$("$bin/python" -c 'import sys; print(sys.version_info.minor)')
+mapfile -t pythons < <("$BASE_PYTHON" scripts/setup_environment.py --list-pythons)
+for minor in 10 11 12 13; do
+  ((minor == own)) && continue
+  path=
+  for row in "${pythons[@]}"; do [[ $row == "$minor "* ]] && path=${row#* }; done
+  if [[ -n $path ]]; then
+    check "fast tests, Python 3.$minor" fast_tests "$minor" "$path"
+  else
+    rows+=("$(printf '%-34s %s' "fast tests, Python 3.$minor" 'not installed here')")
+  fi
+done
+
+check "all tests, Python 3.$own" "$bin/python" -m pytest
+
+printf '\n'
+printf '  %s\n' "${rows[@]}"
+exit "$failed"
