@@ -127,6 +127,12 @@ class TrackConfig:
     process_noise_mps2: float = quantity(0.05, "m/s^2", 0.0, 5.0, "how much a target may move by itself")
     lidar_range_gate_m: float = quantity(0.25, "m", 0.02, 2.0, "LiDAR cluster to track, at most")
     max_range_m: float = quantity(8.0, "m", 0.5, 50.0, "detections beyond are ignored")
+    camera_scale_sigma: float = quantity(0.03, "1", 0.0, 0.5, "constant range error of the camera (measured 4.4 % at most)")
+    camera_yaw_sigma_rad: float = quantity(0.008, "rad", 0.0, 0.2, "constant bearing error (measured <= 0.8 deg)")
+    drift_sigma: float = quantity(0.03, "m/sqrt(m)", 0.0, 0.5, "odometry: position, growing with the way driven")
+    drift_yaw_sigma_rad: float = quantity(0.012, "rad/sqrt(m)", 0.0, 0.5, "odometry: heading (measured 0.3-0.6 deg/m)")
+    switch_margin_m: float = quantity(0.3, "m", 0.0, 5.0, "another target must be so much nearer to be preferred")
+    switch_after_s: float = quantity(1.0, "s", 0.0, 30.0, "and for so long")
 
 
 @dataclass(frozen=True)
@@ -179,6 +185,10 @@ class DetectorConfig:
     confirm_frames: int = quantity(3, "1", 1, 30, "third layer: frames before an object counts")
     coast_frames: int = quantity(5, "1", 0, 60, "frames an object survives unseen")
     border_px: float = quantity(3.0, "px", 0.0, 50.0, "a box this near to the border is clipped")
+    range_sigma: float = quantity(0.040, "1", 0.001, 0.5, "sigma of a range, of the range (measured 3.4-4.3 %)")
+    edge_sigma_px: float = quantity(0.35, "px", 0.0, 20.0, "sigma of a box's height in pixels, on top of it")
+    bearing_sigma_rad: float = quantity(0.0096, "rad", 0.0, 0.2, "sigma of a bearing (measured 0.4-0.7 deg)")
+    mount_sigma_rad: float = quantity(0.008, "rad", 0.0, 0.2, "what calibration leaves of the mount's yaw error")
 
 
 @dataclass(frozen=True)
@@ -187,6 +197,16 @@ class SerialConfig:
     baud: int = quantity(115200, "baud", 1200, 2000000, "serial speed")
     cmd_vel_timeout_s: float = quantity(0.5, "s", 0.05, 5.0, "arduino node: no /cmd_vel, STOP (reference)")
     vel_watchdog_s: float = quantity(0.2, "s", 0.05, 5.0, "firmware: no VEL, stop (reference)")
+
+
+@dataclass(frozen=True)
+class OdometryConfig:
+    """Calibration of the wheels' odometry: what one reported unit is worth."""
+
+    forward_scale: float = quantity(1.0, "1", 0.5, 2.0, "true way over reported way, forward")
+    lateral_scale: float = quantity(1.0, "1", 0.5, 2.0, "the same sideways; a mecanum base over-reports by 5-10 %")
+    yaw_scale: float = quantity(1.0, "1", 0.5, 2.0, "the same for turning")
+    max_gap_s: float = quantity(0.25, "s", 0.05, 5.0, "of a longer silence only so much is integrated")
 
 
 @dataclass(frozen=True)
@@ -211,6 +231,7 @@ class Config:
     detector: DetectorConfig = DetectorConfig()
     serial: SerialConfig = SerialConfig()
     ipc: IpcConfig = IpcConfig()
+    odometry: OdometryConfig = OdometryConfig()
 
     def override(self, values: Mapping[str, object], source: str = "override") -> Config:
         """A copy with dotted keys replaced: `override({"lidar.rate_hz": 10.0})`.

@@ -98,7 +98,7 @@ def _shared_memory(config: Config) -> Iterator[Finding]:
     else:
         yield Finding("shared memory", Verdict.OK, f"{free_mb} MB free in {folder}")
     used = [c for c in channels.describe(config.ipc.prefix) if c.exists]
-    alive = [c for c in used if c.writer_alive]
+    alive = [c for c in used if c.alive]
     if alive:
         who = ", ".join(f"{c.name} (pid {c.writer_pid})" for c in alive)
         yield Finding("channels", Verdict.NOTE, f"in use: {who}", "another instance runs: stop it, or use --prefix")

@@ -1,7 +1,7 @@
 """Logging of a process: one line an event on stderr, and warnings that do not flood it.
 
-The supervisor sends a process's stderr to a file, so nothing here opens files. A line begins with the time of day;
-the merged log is ordered by it.
+The supervisor sends a process's stderr to a file, so nothing here opens files. A line begins with the time of
+day; the merged log is ordered by it.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class CountedWarnings:
         self.counts: dict[str, int] = {}
 
     def warn(self, kind: str, message: str) -> None:
-        """Count one warning of `kind` (a fixed name, such as `scan.empty`), and log `message` if it is time to."""
+        """Count one warning of `kind` (a fixed name), and log `message` if it is time to."""
         self.counts[kind] = self.counts.get(kind, 0) + 1
         now_s = self._clock()
         last_s = self._logged_s.get(kind)

@@ -1,7 +1,8 @@
-"""What every process of the stack does the same way: one catch, exit codes, signals, and saying that it is ready.
+"""What every process of the stack does the same way: one catch, exit codes, signals, and saying that it is
+ready.
 
-Exit codes are the supervisor's language: 0 ended as asked, 1 failed and may be started again, 2 cannot be run as it
-was asked to (a wrong option, a port that is not there), so starting it again would change nothing.
+Exit codes are the supervisor's language: 0 ended as asked, 1 failed and may be started again, 2 cannot be run
+as it was asked to (a wrong option, a port that is not there), so starting it again would change nothing.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ log = logging.getLogger(__name__)
 def run_process(name: str, body: Callable[[], int | None]) -> int:
     """Run a process's `body` with the only catch there is; the exit code for `sys.exit`.
 
-    `body` makes the robot safe on its way out (`finally`); here an error only becomes a line in the log and a code.
+    `body` makes the robot safe on its way out (`finally`); here an error only becomes a line in the log and a
+    code.
     """
     configure_logging(name)
     try:
@@ -57,7 +59,8 @@ def report_ready() -> None:
 class StopSignal:
     """Turns SIGINT, SIGTERM and SIGHUP into something to wait on, for as long as the `with` block runs.
 
-    A second signal while the first is still being obeyed ends the process at once, with the signal's own effect.
+    A second signal while the first is still being obeyed ends the process at once, with the signal's own
+    effect.
     """
 
     SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -69,7 +72,8 @@ class StopSignal:
         self._previous: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> StopSignal:
-        # Only the main thread may install handlers; a test that runs a node in a thread calls `request` instead.
+        # Only the main thread may install handlers; a test that runs a node in a thread calls `request`
+        # instead.
         if threading.current_thread() is threading.main_thread():
             for number in self.SIGNALS:
                 self._previous[number] = signal.signal(number, self._handle)

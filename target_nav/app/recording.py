@@ -21,7 +21,9 @@ from mcap.records import Attachment, Channel, Message, Metadata
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
+from target_nav.config import Config
 from target_nav.errors import TargetNavError
+from target_nav.mission import LoadedMission
 from target_nav.state.types import (
     Command,
     CommandKind,
@@ -55,6 +57,13 @@ class RunHeader:
     config: dict[str, Any]
     mission: str
     files: dict[str, str]
+
+
+def header_of(config: Config, mission: LoadedMission) -> RunHeader:
+    """The header of a run: files are kept relative to the folder of the mission's main file."""
+    folder = mission.path.resolve().parent
+    files = {str(file.resolve().relative_to(folder)): file.read_text(encoding="utf-8") for file in mission.files}
+    return RunHeader({key: value for key, value, _ in config.items()}, mission.path.name, files)
 
 
 class RunRecorder:

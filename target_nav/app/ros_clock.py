@@ -63,7 +63,7 @@ class RosClock:
             self._on_step(step_ns * 1e-9)
 
     def _measure(self) -> int:
-        """Wall minus monotonic time, from the attempt with the least time between its two monotonic readings."""
+        """Wall minus monotonic time, of the attempt whose two monotonic readings lie closest together."""
         best_gap_ns, best_ns = None, 0
         for _ in range(ATTEMPTS):
             before_ns = self._monotonic_ns()

@@ -1,6 +1,6 @@
 """Between ROS messages and this project's types, with everything checked that comes in.
 
-A message that cannot be believed raises BadMessage, which `RosNode.subscribe` counts, logs now and then, and
+A message that cannot be believed raises BadMessageError, which `RosNode.subscribe` counts, logs now and then, and
 drops: for the rest of the stack it never came, and ages do the rest.
 """
 
@@ -23,7 +23,7 @@ PAST_LIMIT_S = 10.0
 MAX_BEAMS = 20_000
 
 
-class BadMessage(Exception):
+class BadMessageError(Exception):
     """A message that must not be used. `kind` is short and fixed, for counting."""
 
     def __init__(self, kind: str, message: str) -> None:
@@ -38,19 +38,19 @@ def stamp_from_msg(stamp: StampLike, clock: RosClock) -> float:
     """Monotonic seconds of a header's stamp.
 
     Raises:
-        BadMessage: more than 1 s in the future or 10 s in the past.
+        BadMessageError: more than 1 s in the future or 10 s in the past.
     """
     stamp_s = clock.to_monotonic(stamp)
     age_s = clock.now_s() - stamp_s
     if age_s < -FUTURE_LIMIT_S:
-        raise BadMessage(
-            "stamp.future", f"stamped {-age_s:.3f} s in the future (limit {FUTURE_LIMIT_S:g} s); do the
-            machines' clocks agree?",
+        raise BadMessageError(
+            "stamp.future",
+            f"stamped {-age_s:.3f} s ahead (limit {FUTURE_LIMIT_S:g} s); do the machines' clocks agree?",
         )
     if age_s > PAST_LIMIT_S:
-        raise BadMessage(
-            "stamp.past", f"stamped {age_s:.3f} s ago (limit {PAST_LIMIT_S:g} s); does its driver stamp with
-            the wall clock?",
+        raise BadMessageError(
+            "stamp.past",
+            f"stamped {age_s:.3f} s ago (limit {PAST_LIMIT_S:g} s); does its driver use the wall clock?",
         )
     return stamp_s
 
@@ -59,11 +59,11 @@ def twist_from_msg(message: Any) -> Twist2D:
     """geometry_msgs/Twist; what does not lie in the plane is ignored.
 
     Raises:
-        BadMessage: a component is not finite.
+        BadMessageError: a component is not finite.
     """
     twist = Twist2D(message.linear.x, message.linear.y, message.angular.z)
     if not twist.is_finite():
-        raise BadMessage("twist.not_finite", f"velocity {twist} is not finite")
+        raise BadMessageError("twist.not_finite", f"velocity {twist} is not finite")
     return twist
 
 
@@ -71,16 +71,16 @@ def odometry_from_msg(message: Any, clock: RosClock) -> Odometry:
     """nav_msgs/Odometry.
 
     Raises:
-        BadMessage: a number is not finite, the quaternion is no rotation, the stamp is far off.
+        BadMessageError: a number is not finite, the quaternion is no rotation, the stamp is far off.
     """
     position, q = message.pose.pose.position, message.pose.pose.orientation
     norm = math.hypot(q.x, q.y, q.z, q.w)
     if not abs(norm - 1.0) < 0.1:
-        raise BadMessage("odometry.quaternion", f"orientation has length {norm:g}; a rotation's is 1")
+        raise BadMessageError("odometry.quaternion", f"orientation has length {norm:g}; a rotation's is 1")
     yaw_rad = math.atan2(2.0 * (q.w * q.z + q.x * q.y), norm * norm - 2.0 * (q.y * q.y + q.z * q.z))
     pose = Pose2D(position.x, position.y, yaw_rad)
     if not pose.is_finite():
-        raise BadMessage("odometry.not_finite", f"pose {pose} is not finite")
+        raise BadMessageError("odometry.not_finite", f"pose {pose} is not finite")
     twist = twist_from_msg(message.twist.twist)
     return Odometry(stamp_from_msg(message.header.stamp, clock), pose, twist)
 
@@ -89,26 +89,28 @@ def scan_from_msg(message: Any, clock: RosClock) -> Scan:
     """sensor_msgs/LaserScan. Ranges outside the sensor's own limits, zeros and NaN become `inf`: drop-outs.
 
     Raises:
-        BadMessage: no beams or absurdly many, an angle step of 0 or more than a turn in all, limits that make
+        BadMessageError: no beams or absurdly many, an angle step of 0 or more than a turn in all, limits that make
         no
             sense, a stamp far off.
     """
     count = len(message.ranges)
     if not 0 < count <= MAX_BEAMS:
-        raise BadMessage("scan.count", f"{count} beams; it must be 1 ... {MAX_BEAMS}")
+        raise BadMessageError("scan.count", f"{count} beams; it must be 1 ... {MAX_BEAMS}")
     step_rad = message.angle_increment
     if not (math.isfinite(message.angle_min) and math.isfinite(step_rad) and step_rad != 0.0):
-        raise BadMessage("scan.angles", f"angles start at {message.angle_min} and step by {step_rad} rad")
+        raise BadMessageError(
+            "scan.angles", f"angles start at {message.angle_min} and step by {step_rad} rad"
+        )
     if abs(step_rad) * (count - 1) > 2.0 * math.pi * 1.01:
-        raise BadMessage("scan.angles", f"{count} beams, {step_rad:g} rad apart, are more than a turn")
+        raise BadMessageError("scan.angles", f"{count} beams, {step_rad:g} rad apart, are more than a turn")
     low_m, high_m = message.range_min, message.range_max
     if not (math.isfinite(low_m) and math.isfinite(high_m) and 0.0 <= low_m < high_m):
-        raise BadMessage("scan.limits", f"range limits are {low_m} ... {high_m} m")
+        raise BadMessageError("scan.limits", f"range limits are {low_m} ... {high_m} m")
     beam_s = message.time_increment
     if beam_s == 0.0 and message.scan_time > 0.0:
         beam_s = message.scan_time / count
     if not (math.isfinite(beam_s) and 0.0 <= beam_s * count < PAST_LIMIT_S):
-        raise BadMessage("scan.time", f"beams are {beam_s} s apart")
+        raise BadMessageError("scan.time", f"beams are {beam_s} s apart")
     ranges_m = np.array(message.ranges, dtype=np.float64)
     ranges_m[~((ranges_m >= low_m) & (ranges_m <= high_m))] = math.inf
     stamp_s = stamp_from_msg(message.header.stamp, clock)

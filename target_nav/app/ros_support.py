@@ -10,36 +10,33 @@ import logging
 import sys
 import threading
 from collections.abc import Callable
+from importlib import import_module
 from types import TracebackType
 from typing import Any
 
 from target_nav.app.logs import CountedWarnings
 from target_nav.app.process import StopSignal
 from target_nav.app.ros_clock import RosClock
-from target_nav.app.ros_convert import BadMessage
+from target_nav.app.ros_convert import BadMessageError
 from target_nav.errors import DeviceError
 
 log = logging.getLogger(__name__)
 
 
-def require_ros() -> None:
-    """Raise a DeviceError that says what to do, unless rclpy and the common messages can be imported."""
+def require_ros(*more: str) -> None:
+    """Raise a DeviceError that says what to do, unless rclpy, the common messages and `more` can be imported."""
     try:
-        import geometry_msgs.msg
-        import nav_msgs.msg
-        import rclpy
-        import sensor_msgs.msg
-        import std_msgs.msg  # noqa: F401
+        for name in ("rclpy", "std_msgs.msg", "geometry_msgs.msg", "nav_msgs.msg", "sensor_msgs.msg", *more):
+            import_module(name)
     except ImportError as error:
         raise DeviceError(
             f"ROS 2 cannot be imported by {sys.executable} ({error}); on a robot: source "
-            "/opt/ros/jazzy/setup.bash in this shell first; on a desk: scripts/start.sh --sim sets ROS 2 up in
-            .venv"
+            "/opt/ros/jazzy/setup.bash first; on a desk: scripts/start.sh --sim sets it up in .venv"
         ) from error
 
 
 def sensor_qos() -> Any:
-    """To subscribe to sensor data, and to publish it where a lost message does no harm: best effort, the newest 5."""
+    """Sensor data, of which the newest counts: best effort, depth 5."""
     from rclpy.qos import qos_profile_sensor_data
 
     return qos_profile_sensor_data
@@ -53,7 +50,7 @@ def command_qos() -> Any:
 
 
 def stream_qos(depth: int = 10) -> Any:
-    """Streams whose every message counts, as odometry: reliable, which subscribers of either kind can read."""
+    """Streams whose every message counts: reliable, which subscribers of either kind can read."""
     from rclpy.qos import QoSProfile, ReliabilityPolicy
 
     return QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE)
@@ -65,7 +62,7 @@ def tf_qos() -> Any:
 
 
 def latched_qos() -> Any:
-    """`/tf_static` and everything a late subscriber must still get: reliable, transient local, the newest 1."""
+    """`/tf_static` and what a late subscriber must still get: reliable, transient local, depth 1."""
     from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
     return QoSProfile(
@@ -77,11 +74,15 @@ class RosNode:
     """A node with its own context and an executor in a background thread, as a `with` block.
 
     An error in a callback ends the process: the executor stops, and `check` or `run` raises it in the main
-    thread. A message that a callback refuses with BadMessage is counted in `warnings` and dropped.
+    thread. A message that a callback refuses with BadMessageError is counted in `warnings` and dropped.
+
+    Args:
+        name: the node's name.
+        needs: message packages beyond the common ones, as `tf2_msgs.msg`.
     """
 
-    def __init__(self, name: str) -> None:
-        require_ros()
+    def __init__(self, name: str, needs: tuple[str, ...] = ()) -> None:
+        require_ros(*needs)
         self.name = name
         self.stop = StopSignal()
         self.warnings = CountedWarnings(log)
@@ -122,7 +123,7 @@ class RosNode:
         def take(message: Any) -> None:
             try:
                 callback(message)
-            except BadMessage as bad:
+            except BadMessageError as bad:
                 self.warnings.warn(f"{topic} {bad.kind}", f"{topic}: {bad}; message dropped")
 
         self.node.create_subscription(message_type, topic, take, qos)

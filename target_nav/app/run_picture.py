@@ -14,8 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon, Rectangle
 
 from target_nav.config import RobotConfig
-from target_nav.sim.arena import Arena
-from target_nav.sim.objects import radius_of
+from target_nav.sim.arena import Arena, BoxObstacle, CircleObstacle, WallObstacle
 from target_nav.state.types import NavState
 
 # Okabe and Ito's palette: told apart by colour-blind eyes too
@@ -67,19 +66,26 @@ def draw_run(
 def _draw_arena(axes: Axes, arena: Arena) -> None:
     x0, y0, x1, y1 = arena.bounds
     axes.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, edgecolor=OBSTACLE, linewidth=3))
-    for polygon in arena.obstacle_outlines():
-        if len(polygon) == 2:
-            axes.plot(*np.asarray(polygon).T, color=OBSTACLE, linewidth=3, solid_capstyle="butt")
-        else:
-            axes.add_patch(Polygon(polygon, facecolor=OBSTACLE, alpha=0.85))
-    for x, y, radius in arena.obstacle_circles():
-        axes.add_patch(Circle((x, y), radius, facecolor=OBSTACLE, alpha=0.85))
+    for obstacle in arena.obstacles:
+        match obstacle:
+            case WallObstacle(x1, y1, x2, y2):
+                axes.plot([x1, x2], [y1, y2], color=OBSTACLE, linewidth=3, solid_capstyle="butt")
+            case CircleObstacle(x, y, radius):
+                axes.add_patch(Circle((x, y), radius, facecolor=OBSTACLE, alpha=0.85))
+            case BoxObstacle(x, y, length, width, yaw):
+                corner = (x - length / 2, y - width / 2)
+                axes.add_patch(
+                    Rectangle(
+                        corner, length, width, angle=math.degrees(yaw), rotation_point="center",
+                        facecolor=OBSTACLE, alpha=0.85,
+                    )
+                )  # fmt: skip
     for thing in arena.decoys:
-        axes.add_patch(Circle((thing.x_m, thing.y_m), radius_of(thing.class_name), facecolor="#4d8c57"))
+        axes.add_patch(Circle((thing.x_m, thing.y_m), thing.shape.radius_m, facecolor="#4d8c57"))
         axes.annotate(thing.class_name, (thing.x_m, thing.y_m), (5, 5), textcoords="offset points", fontsize=7)
     if arena.target is not None:
         where = (arena.target.x_m, arena.target.y_m)
-        axes.add_patch(Circle(where, radius_of(arena.target.class_name), facecolor="#c1121f", zorder=5))
+        axes.add_patch(Circle(where, arena.target.shape.radius_m, facecolor="#c1121f", zorder=5))
         axes.annotate(arena.target.class_name, where, (6, 6), textcoords="offset points", fontsize=8)
     if arena.goal is not None:
         axes.add_patch(Circle((arena.goal.x_m, arena.goal.y_m), arena.goal.radius_m, fill=False, edgecolor="#c1121f"))

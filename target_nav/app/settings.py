@@ -1,8 +1,10 @@
-"""The options every process has: which configuration and which channels. Names and limits come from `config.py`."""
+"""The options every process has: which configuration, which channels. Limits come from `config.py`."""
 
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import yaml
@@ -13,11 +15,31 @@ from target_nav.errors import ConfigError
 
 def add_config_arguments(parser: argparse.ArgumentParser) -> None:
     """`--config FILE`, `--set KEY=VALUE` (again and again) and `--prefix NAME`."""
-    parser.add_argument("--config", metavar="FILE", type=Path, help="YAML file of dotted keys: lidar.rate_hz: 10.0")
     parser.add_argument(
-        "--set", metavar="KEY=VALUE", action="append", default=[], help="one key, over the file; may be repeated"
+        "--config", metavar="FILE", type=Path, help="YAML file of dotted keys: lidar.rate_hz: 10.0"
+    )
+    parser.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="one key, over the file; may be repeated",
     )
     parser.add_argument("--prefix", metavar="NAME", help="of the channels in /dev/shm (key ipc.prefix)")
+
+
+def parse_arguments(parser: argparse.ArgumentParser, argv: Sequence[str] | None = None) -> argparse.Namespace:
+    """`parser.parse_args` without what belongs to ROS (`--ros-args ... [--]`, which `ros2 run` and launch add)."""
+    own: list[str] = []
+    for_ros = False
+    for argument in sys.argv[1:] if argv is None else argv:
+        if argument == "--ros-args":
+            for_ros = True
+        elif for_ros and argument == "--":
+            for_ros = False
+        elif not for_ros:
+            own.append(argument)
+    return parser.parse_args(own)
 
 
 def config_from(arguments: argparse.Namespace, base: Config | None = None) -> Config:
@@ -54,7 +76,9 @@ def load_config(path: Path, base: Config | None = None) -> Config:
     if data is None:
         data = {}
     if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
-        raise ConfigError(f"configuration {path} must be a mapping of dotted keys, as in `lidar.rate_hz: 10.0`")
+        raise ConfigError(
+            f"configuration {path} must be a mapping of dotted keys, as in `lidar.rate_hz: 10.0`"
+        )
     return (base or Config()).override(data, source=str(path))
 
 

@@ -6,12 +6,11 @@ import threading
 from collections.abc import Sequence
 from typing import Any
 
-import rclpy
 from py_trees_ros_interfaces.msg import BehaviourTree, SnapshotStreamParameters
 from py_trees_ros_interfaces.srv import CloseSnapshotStream, OpenSnapshotStream
 from rclpy.node import Node
 
-from target_nav.app.ros_support import LATCHED
+from target_nav.app.ros_support import latched_qos
 
 OPEN_TYPE = "py_trees_ros_interfaces/srv/OpenSnapshotStream"
 
@@ -48,14 +47,14 @@ class TreeClient:
 
     def close(self) -> None:
         """Ask the executor to close the stream; it need not be there any more."""
-        if self._topic and rclpy.ok():
+        if self._topic:
             client = self._node.create_client(CloseSnapshotStream, f"{self._namespace}/close")
             if client.service_is_ready():
                 client.call_async(CloseSnapshotStream.Request(topic_name=self._topic))
 
     def _subscribe(self, future: Any) -> None:
         self._topic = future.result().topic_name
-        self._node.create_subscription(BehaviourTree, self._topic, self._keep, LATCHED)
+        self._node.create_subscription(BehaviourTree, self._topic, self._keep, latched_qos())
 
     def _keep(self, message: BehaviourTree) -> None:
         with self._lock:

@@ -17,7 +17,7 @@ from target_nav.config import Config
 from target_nav.detectors.pipeline import DetectionPipeline
 from target_nav.hardware import protocol
 from target_nav.mission import load_mission
-from target_nav.nav.odometry import OdometryIntegrator
+from target_nav.nav.odometry import OdometryIntegrator, OdometryScale
 from target_nav.sim.arena import Arena
 from target_nav.sim.simulation import Simulation
 from target_nav.state.snapshots import NavSnapshot
@@ -47,7 +47,11 @@ class SimIo:
     def __init__(self, simulation: Simulation, config: Config) -> None:
         self._simulation = simulation
         self._lines = protocol.LineAssembler()
-        self._odometry = OdometryIntegrator()
+        calibration = config.odometry
+        self._odometry = OdometryIntegrator(
+            OdometryScale(calibration.forward_scale, calibration.lateral_scale, calibration.yaw_scale),
+            calibration.max_gap_s,
+        )
         self._pipeline = DetectionPipeline(config)
         self._spec = TargetSpec()
         self._scan: Scan | None = None
@@ -64,7 +68,9 @@ class SimIo:
             for line in self._lines.feed(self._simulation.serial_read()):
                 message = protocol.parse_line(line)
                 if isinstance(message, protocol.OdomLine):
-                    since.append(self._odometry.add(self._time_s, message.twist()))
+                    odometry = self._odometry.add(self._time_s, message.to_twist())
+                    if odometry is not None:
+                        since.append(odometry)
         if since:
             self._latest = since[-1]
         for scan in self._simulation.take_scans():
@@ -101,10 +107,12 @@ class RunResult:
     outcome: str
     reason: str
     as_expected: bool
+    state_changes: tuple[tuple[float, NavState], ...] = field(default=(), repr=False)
     trace: tuple[tuple[float, float, float, float], ...] = field(default=(), repr=False)
 
     def as_json(self, with_trace: bool = False) -> dict[str, Any]:
         data = asdict(self)
+        del data["state_changes"]
         if not with_trace:
             del data["trace"]
         return data
@@ -133,7 +141,7 @@ def run_virtual(
 
 def _drive(core: NavCore, simulation: Simulation, arena: Arena, mission_path: Path, seed: int) -> RunResult:
     period_s = 1.0 / core.config.loop.rate_hz
-    states: list[NavState] = []
+    changes: list[tuple[float, NavState]] = []
     ended_s: float | None = None
     record: TickRecord | None = None
     tick = 0
@@ -141,8 +149,8 @@ def _drive(core: NavCore, simulation: Simulation, arena: Arena, mission_path: Pa
         tick += 1
         now_s = tick * period_s
         record = core.tick(now_s)
-        if not states or states[-1] is not record.state:
-            states.append(record.state)
+        if not changes or changes[-1][1] is not record.state:
+            changes.append((now_s, record.state))
         if record.outcome is None:
             ended_s = None
         elif ended_s is None:
@@ -152,12 +160,12 @@ def _drive(core: NavCore, simulation: Simulation, arena: Arena, mission_path: Pa
 
     arrived = record.outcome is not None and record.outcome.kind is OutcomeKind.SUCCEEDED
     verdict = simulation.judge(stand_off_of(core.root, core.config), arrived)
-    expected_end = not arrived and ended_s is not None if arena.expect == "not_found" else verdict.success
+    success = verdict.success and ended_s is not None
     return RunResult(
         arena=arena.name,
         seed=seed,
         mission=mission_path.stem,
-        success=verdict.success,
+        success=success,
         collided=verdict.collided,
         timeout=ended_s is None,
         time_s=ended_s if ended_s is not None else now_s,
@@ -165,10 +173,11 @@ def _drive(core: NavCore, simulation: Simulation, arena: Arena, mission_path: Pa
         stop_error_m=verdict.stop_error_m,
         bearing_error_rad=verdict.bearing_error_rad,
         min_clearance_m=verdict.min_clearance_m,
-        states=tuple(state.name for state in states),
+        states=tuple(state.name for _, state in changes),
         outcome=record.outcome.kind.value if record.outcome is not None else "timeout",
         reason=record.outcome.reason if record.outcome is not None else record.reason,
-        as_expected=expected_end and not verdict.collided and verdict.standing_still,
+        as_expected=success and not verdict.collided,
+        state_changes=tuple(changes),
         trace=tuple((p[0], p[1], p[2], p[3]) for p in simulation.path),
     )
 

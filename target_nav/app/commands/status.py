@@ -25,8 +25,8 @@ def command(ctx: click.Context, prefix: str) -> None:
     for column in ("channel", "writer", "age", "sequence"):
         table.add_column(column)
     for c in channels.describe(prefix):
-        writer = "-" if not c.exists else f"pid {c.writer_pid}" if c.writer_alive else f"gone (was pid {c.writer_pid})"
-        age = f"{c.age_s:.2f} s" if c.age_s is not None and math.isfinite(c.age_s) else "-"
+        writer = "-" if not c.exists else f"pid {c.writer_pid}" if c.alive else f"gone (was pid {c.writer_pid})"
+        age = f"{c.age_s:.2f} s" if math.isfinite(c.age_s) else "-"
         table.add_row(c.name, writer, age, str(c.sequence) if c.exists else "-")
     console.print(table)
     with channels.open_reader(channels.NAV, prefix=prefix) as reader:

@@ -1,0 +1,138 @@
+"""The process table: every process of a stack, in the order of starting, with its core and niceness.
+
+One place, so that which loop runs where is not spread over launch files. Cores are the reference's: 0 GUI, 1 nav,
+2 camera, 3 detector; with fewer than four cores nothing is pinned, for then sharing is better than waiting.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from target_nav.app.process_spec import ProcessSpec, ReadyWhen
+
+NAV_CORE, CAMERA_CORE, DETECTOR_CORE = 1, 2, 3
+CORES_TO_PIN = 4
+NAV_NICE = -5
+
+LIDAR_PACKAGE = "rplidar_ros"
+LIDAR_EXECUTABLES = ("rplidar_node", "rplidar_composition")
+"""Of the present and of older releases."""
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class StackOptions:
+    """What a whole stack is started with; each process gets its share as options.
+
+    `config_file` as `settings.write_config` writes it. `go` begins the mission without waiting for an operator.
+    """
+
+    run_dir: Path
+    mission: str
+    prefix: str
+    config_file: Path | None = None
+    record: Path | None = None
+    go: bool = False
+    cores: int | None = None
+    """Cores to share out; None: those this process may use."""
+
+    @property
+    def common(self) -> tuple[str, ...]:
+        config = ("--config", str(self.config_file)) if self.config_file is not None else ()
+        return ("--prefix", self.prefix, *config)
+
+    def core(self, number: int) -> int | None:
+        cores = self.cores if self.cores is not None else len(os.sched_getaffinity(0))
+        return number if cores >= CORES_TO_PIN else None
+
+
+def simulation_stack(options: StackOptions, arena: str, seed: int) -> tuple[ProcessSpec, ...]:
+    """The full stack against the simulator. The truth goes to `truth.json` in the run's folder."""
+    link = options.run_dir.resolve() / "arduino"
+    sim = ProcessSpec(
+        "sim",
+        _module(
+            "sim_node",
+            "--arena", arena,
+            "--seed", str(seed),
+            "--serial-link", str(link),
+            "--truth", str(options.run_dir / "truth.json"),
+            *options.common,
+        ),
+        ready=ReadyWhen.REPORTED,
+    )  # fmt: skip
+    return (sim, *_perception(options), *_drive_and_nav(options, str(link)))
+
+
+def robot_stack(
+    options: StackOptions,
+    serial_port: str,
+    lidar_port: str = "/dev/ttyUSB0",
+    environment: Mapping[str, str] | None = None,
+) -> tuple[ProcessSpec, ...]:
+    """The stack on the robot. Without rplidar_ros the LiDAR's driver is left out, and the log says so."""
+    driver = find_ros_executable(
+        LIDAR_PACKAGE, LIDAR_EXECUTABLES, os.environ if environment is None else environment
+    )
+    lidar: tuple[ProcessSpec, ...] = ()
+    if driver is None:
+        log.warning(
+            "%s is not installed (apt install ros-jazzy-rplidar-ros): start a LiDAR driver yourself that publishes "
+            "/scan in frame laser; without scans the robot does not move",
+            LIDAR_PACKAGE,
+        )
+    else:
+        parameters = (f"serial_port:={lidar_port}", "frame_id:=laser", "angle_compensate:=true")
+        argv = (str(driver), "--ros-args", *(part for value in parameters for part in ("-p", value)))
+        lidar = (ProcessSpec("lidar", argv),)
+    return (*lidar, *_perception(options), *_drive_and_nav(options, serial_port))
+
+
+def find_ros_executable(package: str, names: tuple[str, ...], environment: Mapping[str, str]) -> Path | None:
+    """The first of a ROS package's executables that is installed, as `ros2 run` would find it."""
+    for prefix in environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
+        for name in names:
+            path = Path(prefix) / "lib" / package / name
+            if prefix and os.access(path, os.X_OK):
+                return path
+    return None
+
+
+def _perception(options: StackOptions) -> tuple[ProcessSpec, ...]:
+    return (
+        ProcessSpec("detector", _module("detector_node", *options.common), core=options.core(DETECTOR_CORE)),
+        ProcessSpec("camera", _module("camera_node", *options.common), core=options.core(CAMERA_CORE)),
+    )
+
+
+def _drive_and_nav(options: StackOptions, serial_port: str) -> tuple[ProcessSpec, ...]:
+    nav = ["--mission", options.mission, *options.common]
+    if options.record is not None:
+        nav += ["--record", str(options.record)]
+    if options.go:
+        nav.append("--go")
+    return (
+        ProcessSpec(
+            "arduino",
+            _module("arduino_node", "--port", serial_port, *options.common),
+            ready=ReadyWhen.REPORTED,
+        ),
+        ProcessSpec("odometry", _module("odometry_node", *options.common), ready=ReadyWhen.REPORTED),
+        ProcessSpec(
+            "nav",
+            _module("tree_executor", *nav),
+            core=options.core(NAV_CORE),
+            nice=NAV_NICE,
+            ready=ReadyWhen.REPORTED,
+        ),
+    )
+
+
+def _module(name: str, *arguments: str) -> tuple[str, ...]:
+    return (sys.executable, "-m", f"target_nav.app.{name}", *arguments)

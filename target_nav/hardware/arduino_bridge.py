@@ -1,0 +1,285 @@
+"""The serial line to the Arduino: opens it, reads lines in the background, opens it again when it was lost.
+
+The reader thread owns the port. It stamps every line with the monotonic time at which its last byte arrived,
+and when the cable is pulled it tries again, at growing intervals, until `close`. Callers only write, and a
+write to a lost or stuck port is refused at once: old velocities must not be sent late, the next one is 50 ms
+away.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import serial
+from serial.tools import list_ports
+
+from target_nav.errors import DeviceError
+from target_nav.hardware.protocol import (
+    DeviceLine,
+    ErrorLine,
+    LineAssembler,
+    OdomLine,
+    encode_stop,
+    encode_velocity,
+    parse_line,
+)
+from target_nav.state.types import Twist2D
+
+READ_TIMEOUT_S = 0.1
+"""How soon the reader notices that it shall end, or that a write failed."""
+
+WRITE_TIMEOUT_S = 0.05
+"""One command period: a port that does not take a line within it is stuck."""
+
+FIRST_RETRY_S = 0.1
+LAST_RETRY_S = 2.0
+
+LineHandler = Callable[[DeviceLine, float], None]
+
+
+@dataclass(frozen=True)
+class BridgeStatistics:
+    """Counters since the start. `last_line_s` is the stamp of the newest good line, -inf before the first."""
+
+    connected: bool
+    connects: int
+    lines: int
+    odometry_lines: int
+    error_lines: int
+    garbled_lines: int
+    overlong_lines: int
+    written: int
+    refused_writes: int
+    last_line_s: float
+
+
+class ArduinoBridge:
+    """One serial port with the firmware behind it.
+
+    Args:
+        port: device or a link to one, resolved anew at each opening. baud: speed. on_line: called from the
+        reader thread with every good line and its stamp. on_connection: called from the reader thread with
+        True when the port was opened again, with False when it
+            was lost, and why.
+    """
+
+    def __init__(
+        self,
+        port: str,
+        baud: int,
+        on_line: LineHandler,
+        on_connection: Callable[[bool, str], None] | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.port = port
+        self.baud = baud
+        self._on_line = on_line
+        self._on_connection = on_connection or (lambda connected, reason: None)
+        self._clock = clock
+        self._serial: serial.Serial | None = None
+        self._write_lock = threading.Lock()
+        self._lost = threading.Event()
+        self._closing = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._failure: Exception | None = None
+        self._cut = False
+        self._assembler = LineAssembler()
+        self._connects = self._lines = self._odometry = self._errors = self._garbled = 0
+        self._written = self._refused = 0
+        self._last_line_s = float("-inf")
+
+    def open(self, wait_s: float = 0.0) -> None:
+        """Open the port, waiting up to `wait_s` for it to appear, and start reading.
+
+        Raises:
+            DeviceError: the port is not there, may not be opened, or belongs to another process.
+        """
+        deadline_s = self._clock() + wait_s
+        while True:
+            try:
+                self._serial = open_port(self.port, self.baud)
+                break
+            except DeviceError:
+                if self._clock() >= deadline_s or self._closing.wait(FIRST_RETRY_S):
+                    raise
+        self._connects = 1
+        self._thread = threading.Thread(target=self._run, name=f"serial {self.port}", daemon=True)
+        self._thread.start()
+
+    def send_velocity(self, twist: Twist2D) -> bool:
+        """Send `VEL`; False when the port is lost or stuck. A twist that is not finite raises DeviceError."""
+        return self.send(encode_velocity(twist))
+
+    def send_stop(self) -> bool:
+        """Send `STOP`; False when the port is lost or stuck."""
+        return self.send(encode_stop())
+
+    def send(self, line: bytes) -> bool:
+        """Send one line as it is; False when the port is lost or stuck."""
+        with self._write_lock:
+            port = self._serial
+            if port is None or self._lost.is_set():
+                self._refused += 1
+                return False
+            try:
+                port.write(b"\n" + line if self._cut else line)
+                self._cut = False
+            except serial.SerialTimeoutException:
+                with contextlib.suppress(serial.SerialException, OSError):
+                    port.reset_output_buffer()
+                self._cut = True  # Part of the line may be out: end it before the next one.
+                self._refused += 1
+                return False
+            except (serial.SerialException, OSError):
+                self._refused += 1
+                self._lost.set()
+                return False
+            self._written += 1
+            return True
+
+    def close(self) -> None:
+        """Stop the robot as far as it can be reached, end the reader, close the port. May be called again."""
+        if self._thread is None:
+            return
+        self.send_stop()
+        self._closing.set()
+        self._thread.join(timeout=2.0)
+        self._thread = None
+
+    def raise_failure(self) -> None:
+        """Raise what ended the reader thread, if something did: an error in `on_line` is not swallowed."""
+        if self._failure is not None:
+            raise self._failure
+
+    @property
+    def connected(self) -> bool:
+        return self._serial is not None and not self._lost.is_set()
+
+    @property
+    def statistics(self) -> BridgeStatistics:
+        return BridgeStatistics(
+            connected=self.connected,
+            connects=self._connects,
+            lines=self._lines,
+            odometry_lines=self._odometry,
+            error_lines=self._errors,
+            garbled_lines=self._garbled,
+            overlong_lines=self._assembler.overflows,
+            written=self._written,
+            refused_writes=self._refused,
+            last_line_s=self._last_line_s,
+        )
+
+    def _run(self) -> None:
+        try:
+            while not self._closing.is_set():
+                reason = self._read_until_lost()
+                self._drop_port()
+                if self._closing.is_set():
+                    break
+                self._on_connection(False, reason)
+                self._reopen()
+        except Exception as error:
+            self._failure = error
+        finally:
+            self._drop_port()
+
+    def _read_until_lost(self) -> str:
+        port = self._serial
+        assert port is not None
+        self._assembler.reset()
+        try:
+            while not self._closing.is_set():
+                data = port.read(port.in_waiting or 1)
+                if data:
+                    self._take(data, self._clock())
+                if self._lost.is_set():
+                    return "a write failed"
+        except (serial.SerialException, OSError) as error:
+            return str(error)
+        return "closed"
+
+    def _take(self, data: bytes, stamp_s: float) -> None:
+        for raw in self._assembler.feed(data):
+            line = parse_line(raw)
+            if line is None:
+                self._garbled += 1
+                continue
+            self._lines += 1
+            self._odometry += isinstance(line, OdomLine)
+            self._errors += isinstance(line, ErrorLine)
+            self._last_line_s = stamp_s
+            self._on_line(line, stamp_s)
+
+    def _reopen(self) -> None:
+        retry_s = FIRST_RETRY_S
+        while not self._closing.wait(retry_s):
+            try:
+                port = open_port(self.port, self.baud)
+            except DeviceError:
+                retry_s = min(2.0 * retry_s, LAST_RETRY_S)
+                continue
+            with self._write_lock:
+                self._serial = port
+                self._cut = False
+                self._lost.clear()
+            self._connects += 1
+            self._on_connection(True, "")
+            return
+
+    def _drop_port(self) -> None:
+        with self._write_lock:
+            port, self._serial = self._serial, None
+        if port is not None:
+            # A device that is gone leaves nothing to close.
+            with contextlib.suppress(serial.SerialException, OSError):
+                port.close()
+
+
+def open_port(port: str, baud: int) -> serial.Serial:
+    """The port, opened for this process alone, with nothing old in its buffers.
+
+    Raises:
+        DeviceError: with the reason, the ports there are, and what to do.
+    """
+    try:
+        # pyserial sets DTR and RTS while it opens, which resets an Arduino, and lets a pty refuse it.
+        opened = serial.Serial(
+            port, baud, timeout=READ_TIMEOUT_S, write_timeout=WRITE_TIMEOUT_S, exclusive=True
+        )
+        opened.reset_input_buffer()
+        opened.reset_output_buffer()
+    except (serial.SerialException, OSError, ValueError) as error:
+        raise DeviceError(_explain(port, baud, error)) from error
+    return opened
+
+
+def _explain(port: str, baud: int, error: Exception) -> str:
+    code = getattr(error, "errno", None)
+    if code == errno.ENOENT:
+        return f"there is no serial port {port}; {_found()}"
+    if code in (errno.EACCES, errno.EPERM):
+        return (
+            f"serial port {port} may not be opened by this user; "
+            "add it to the port's group (sudo usermod -aG dialout $USER) and log in again"
+        )
+    if code in (errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK) or "exclusively lock" in str(error):
+        return f"serial port {port} is in use; is another arduino_node or a serial monitor running?"
+    if code == errno.EISDIR or "Could not configure port" in str(error):
+        return f"{port} is not a serial port; {_found()}"
+    return f"serial port {port} cannot be opened at {baud} baud: {error}; {_found()}"
+
+
+def _found() -> str:
+    ports = [
+        f"{info.device} ({info.description})" if info.description not in (None, "n/a") else info.device
+        for info in sorted(list_ports.comports())
+    ]
+    if not ports:
+        return "no serial port was found at all; is the Arduino's USB cable plugged in?"
+    return f"found {', '.join(ports)}; choose one with --port or the key serial.port"

@@ -1,0 +1,237 @@
+"""Drives towards a set of spots round obstacles: a route for the way, VFH+ for the next step, a heading to hold.
+
+A base that strafes keeps facing what it is told to look at and moves in any direction; where that is too wide for
+the gap it turns its front along the way first. A differential base always does.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from target_nav.config import Config
+from target_nav.nav.footprint import FAR_M, Footprint, as_points
+from target_nav.nav.route import Route, RoutePlanner
+from target_nav.nav.route_memory import RouteMemory
+from target_nav.nav.skill import View
+from target_nav.nav.speed import YawControl, braking_speed_mps, clearance_speed_mps, over_dead_band, within_limits
+from target_nav.nav.vfh import Steering, Vfh
+from target_nav.state.types import STOP, FloatArray, Twist2D
+from target_nav.utils.frames import points_to_parent, to_child
+
+_REPLAN_S = 0.3
+_REACHED_M = 0.12
+_AT_GOAL_M = 0.06
+_REACTION_S = 0.25
+"""Scan, tick and drivetrain together."""
+_GENTLE = 0.4
+"""Share of the braking limit that is planned with."""
+_TURN_FIRST_RAD = math.radians(40.0)
+_TURNED_SIGHT_M = 0.5
+_STRAFE_SIGHT_M = 0.8
+"""More free way is asked for to go back to strafing than to leave it, so that the body does not swing to and fro."""
+_CREEP_MPS = 0.06
+
+
+@dataclass(frozen=True)
+class Drive:
+    """One step. `cost_to_go_m` is infinite when there is no way; `at_goal` when it stands on one of the spots."""
+
+    twist: Twist2D
+    cost_to_go_m: float
+    at_goal: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class _Leg:
+    """Where to steer for now, in base_link; how far the last spot is (`FAR_M` while it is out of sight), and the cost."""
+
+    next_m: tuple[float, float]
+    end_m: float
+    cost_to_go_m: float
+
+
+class Driver:
+    def __init__(self, config: Config) -> None:
+        self._config = config
+        self._body = Footprint.of(config.robot)
+        self._holonomic = config.robot.drive != "differential"
+        self._planner = RoutePlanner(config)
+        self._memory = RouteMemory(config.avoid.look_ahead_m)
+        self._strafing = Vfh(config, turned=False)
+        self._turned = Vfh(config, turned=True)
+        self._yaw = YawControl(config.robot)
+        self.reset()
+
+    @property
+    def route(self) -> Route | None:
+        return self._planner.route
+
+    def forget(self) -> None:
+        """`reset`, and forget the obstacles that are out of view too."""
+        self._memory.clear()
+        self.reset()
+
+    def reset(self) -> None:
+        """Plan anew from what is known."""
+        self._planner.reset()
+        self._strafing.reset()
+        self._turned.reset()
+        self._yaw.reset()
+        self._planned_s = -math.inf
+        self._along_the_way = not self._holonomic
+
+    def drive(
+        self,
+        view: View,
+        goals: Callable[[], FloatArray],
+        *,
+        speed_mps: float,
+        face_rad: float | None = None,
+        spin_radps: float = 0.0,
+        straight_to_m: tuple[float, float] | None = None,
+        extra_points_m: FloatArray | None = None,
+        limit_m: float = 15.0,
+    ) -> Drive:
+        """One tick towards the goals: spots in odom, shape (M, 3) (x, y, extra cost); asked for when planning anew.
+
+        `face_rad` is the bearing to look at, None to look where it goes; `spin_radps` turns all the while instead.
+        `straight_to_m` (in base_link) needs no route: the caller has seen that the way there is free.
+        `extra_points_m` are further things to keep off, in base_link. `limit_m` bounds the cost of a way.
+        """
+        points = as_points(view.obstacles_in_base_m)
+        leg = self._leg(view, goals, points, straight_to_m, extra_points_m, limit_m)
+        if leg is None:
+            return Drive(self._look(view, face_rad), math.inf, False, "no way")
+        if leg.end_m < _AT_GOAL_M:
+            return Drive(self._look(view, face_rad), 0.0, True, "there")
+        if extra_points_m is not None and len(extra_points_m):
+            points = np.vstack([points, extra_points_m])
+        goal_m, goal_rad = math.hypot(*leg.next_m), math.atan2(leg.next_m[1], leg.next_m[0])
+        self._choose_heading(points, goal_rad, goal_m, face_rad)
+        vfh = self._turned if self._along_the_way else self._strafing
+        steering = vfh.steer(
+            points, yaw_rad=view.pose_in_odom.yaw_rad, goal_rad=goal_rad, goal_m=goal_m, motion_rad=_motion(view)
+        )
+        if steering is None:
+            self._planned_s = min(self._planned_s, view.now_s - 0.5 * _REPLAN_S)
+            return Drive(self._look(view, face_rad), leg.cost_to_go_m, False, "way blocked")
+        top = self._speed(points, steering, speed_mps, leg.end_m)
+        twist = self._twist(view, steering, top, face_rad, spin_radps)
+        return Drive(twist, leg.cost_to_go_m, False, "turned along the way" if self._along_the_way else "")
+
+    def _leg(
+        self,
+        view: View,
+        goals: Callable[[], FloatArray],
+        points: FloatArray,
+        straight_to_m: tuple[float, float] | None,
+        extra_points_m: FloatArray | None,
+        limit_m: float,
+    ) -> _Leg | None:
+        if straight_to_m is not None:
+            self._planner.reset()
+            self._planned_s = -math.inf
+            way_m = math.hypot(*straight_to_m)
+            return _Leg(straight_to_m, way_m, way_m)
+        route = self._route(view, goals, points, extra_points_m, limit_m)
+        if route is None:
+            return None
+        pose = view.pose_in_odom
+        in_sight = route.sight >= len(route.points_m) - 1
+        last = to_child(pose, float(route.points_m[-1, 0]), float(route.points_m[-1, 1]))
+        # What is left counts from here, not from where the plan was made.
+        gone_m = math.hypot(pose.x_m - route.points_m[0, 0], pose.y_m - route.points_m[0, 1])
+        return _Leg(
+            to_child(pose, *route.next_m), math.hypot(*last) if in_sight else FAR_M, max(route.cost_m - gone_m, 0.0)
+        )
+
+    def _route(
+        self,
+        view: View,
+        goals: Callable[[], FloatArray],
+        points: FloatArray,
+        extra_points_m: FloatArray | None,
+        limit_m: float,
+    ) -> Route | None:
+        pose = view.pose_in_odom
+        route = self._planner.route
+        due = view.now_s - self._planned_s >= _REPLAN_S
+        if route is not None and not due:
+            x, y = to_child(pose, *route.next_m)
+            due = math.hypot(x, y) < _REACHED_M and route.sight < len(route.points_m) - 1
+        if due:
+            self._planned_s = view.now_s
+            spots = goals()
+            here = (pose.x_m, pose.y_m)
+            known = self._memory.update(view.now_s, here, points_to_parent(pose, points))
+            if extra_points_m is not None and len(extra_points_m):
+                known = np.vstack([known, points_to_parent(pose, extra_points_m)])
+            route = self._planner.plan(known, here, spots, limit_m) if len(spots) else None
+        return route
+
+    def _choose_heading(self, points: FloatArray, goal_rad: float, goal_m: float, face_rad: float | None) -> None:
+        if not self._holonomic:
+            return
+        if self._along_the_way:
+            facing = goal_rad if face_rad is None else face_rad
+            c, s = math.cos(facing), math.sin(facing)
+            faced = points @ np.array([[c, -s], [s, c]]) if len(points) else points
+            stands = len(faced) == 0 or float(self._body.clearances_m(faced).min()) > self._config.avoid.margin_m
+            free = self._strafing.free_m(faced, goal_rad - facing)
+            if stands and free >= min(goal_m, _STRAFE_SIGHT_M):
+                self._along_the_way = False
+                self._strafing.reset()
+            return
+        wanted = min(goal_m, _TURNED_SIGHT_M)
+        if self._strafing.free_m(points, goal_rad) < wanted <= self._turned.free_m(points, goal_rad):
+            self._along_the_way = True
+            self._turned.reset()
+
+    def _speed(self, points: FloatArray, steering: Steering, top_mps: float, end_m: float) -> float:
+        avoid, robot = self._config.avoid, self._config.robot
+        decel = _GENTLE * robot.max_decel_mps2
+        top = min(top_mps, braking_speed_mps(steering.free_m, decel, _REACTION_S))
+        top = min(top, max(braking_speed_mps(end_m, decel, _REACTION_S), robot.min_speed_mps))
+        if len(points):
+            ahead = math.cos(steering.direction_rad) * points[:, 0] + math.sin(steering.direction_rad) * points[:, 1]
+            front = points[ahead > 0.0]
+            if len(front):
+                clearance = float(self._body.clearances_m(front).min())
+                top = clearance_speed_mps(clearance, top, _CREEP_MPS, avoid.stop_clearance_m, avoid.slow_clearance_m)
+        return top
+
+    def _twist(
+        self, view: View, steering: Steering, top_mps: float, face_rad: float | None, spin_radps: float
+    ) -> Twist2D:
+        robot = self._config.robot
+        direction = steering.direction_rad
+        heading = direction if self._along_the_way or face_rad is None else face_rad
+        if spin_radps and not self._along_the_way:
+            wz = spin_radps
+        else:
+            wz = self._yaw.rate_radps(heading, view.twist_in_base.wz_radps)
+        speed = top_mps
+        if self._along_the_way:
+            # It only fits turned: turn first, then go.
+            speed *= max(0.0, 1.0 - abs(direction) / _TURN_FIRST_RAD)
+        vx, vy = speed * math.cos(direction), speed * math.sin(direction)
+        if not self._holonomic:
+            vx, vy = max(vx, 0.0), 0.0
+        return within_limits(over_dead_band(Twist2D(vx, vy, wz), robot), robot)
+
+    def _look(self, view: View, face_rad: float | None) -> Twist2D:
+        if face_rad is None:
+            return STOP
+        wz = self._yaw.rate_radps(face_rad, view.twist_in_base.wz_radps)
+        return over_dead_band(Twist2D(0.0, 0.0, wz), self._config.robot)
+
+
+def _motion(view: View) -> float | None:
+    """Direction it moves in now, None when it all but stands."""
+    twist = view.twist_in_base
+    return math.atan2(twist.vy_mps, twist.vx_mps) if twist.is_finite() and twist.speed_mps > 0.03 else None

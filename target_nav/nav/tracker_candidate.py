@@ -1,0 +1,99 @@
+"""One thing that may be the target: its filters and its record.
+
+It has two filters once a LiDAR cluster was taken for it: one of everything, and one of the camera alone. The second
+judges the first. A cluster must agree with both, and when they no longer agree with each other, the LiDAR was on a
+chair leg, and what it said is forgotten.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from target_nav.nav.lidar_clusters import TargetFix
+from target_nav.nav.tracker_filter import CameraExpectation, CameraMeasurement, TargetFilter
+from target_nav.state.types import Pose2D
+
+FIX_SLACK_M = 0.02
+"""Between what a filter expects and a fix, beyond both covariances: unmodelled shape and timing."""
+
+
+@dataclass(frozen=True)
+class Travel:
+    """Time, way and turning so far; the difference of two is what odometry may have drifted in between."""
+
+    time_s: float = 0.0
+    way_m: float = 0.0
+    turned_rad: float = 0.0
+
+
+@dataclass(eq=False)
+class Candidate:
+    camera: TargetFilter
+    """What the camera alone says."""
+    since: Travel
+    """When the filters' covariances were last brought up to date."""
+    last_seen_s: float
+    hits: int = 0
+    misses: int = 0
+    """Frames in a row in which the camera should have found it and did not."""
+    confirmed: bool = False
+    last_ranged_s: float = -math.inf
+    last_fix: TargetFix | None = None
+    fused: TargetFilter | None = None
+    """What camera and LiDAR say together, since the first cluster that was taken."""
+
+    @property
+    def filter(self) -> TargetFilter:
+        """What is believed."""
+        return self.fused or self.camera
+
+    def growth(self, robot: Pose2D, travel: Travel) -> tuple[float, float, float]:
+        """What has come to the position's covariance since the filters were last brought up to date."""
+        return self.filter.growth(
+            robot,
+            max(travel.time_s - self.since.time_s, 0.0),
+            travel.way_m - self.since.way_m,
+            travel.turned_rad - self.since.turned_rad,
+        )
+
+    def catch_up(self, robot: Pose2D, travel: Travel) -> None:
+        """Bring the filters up to date; before any of the methods below."""
+        if travel != self.since:
+            growth = self.growth(robot, travel)
+            self.camera.predict(growth)
+            if self.fused is not None:
+                self.fused.predict(growth)
+            self.since = travel
+
+    def see(
+        self, camera_in_odom: Pose2D, expected: CameraExpectation, measurement: CameraMeasurement, gate: float
+    ) -> None:
+        """Take a detection that `expected`, which the camera's filter made, lets through."""
+        self.camera.update_camera(expected, measurement)
+        if self.fused is None:
+            return
+        fused = self.fused.expect(camera_in_odom)
+        if fused is not None and fused.distance(measurement)[0] <= gate:
+            self.fused.update_camera(fused, measurement)
+        if self.camera.position_distance(self.fused.x_m, self.fused.y_m) > gate:
+            self.fused = self.last_fix = None
+            self.last_ranged_s = -math.inf
+
+    def distances(self, fix: TargetFix) -> tuple[float, float]:
+        """Squared Mahalanobis distance of a fix from what is believed, and from what the camera alone says."""
+        xx, xy, yx, yy = fix.covariance_m2
+        widened = (xx + FIX_SLACK_M**2, xy, yx, yy + FIX_SLACK_M**2)
+        return (
+            self.filter.position_distance(fix.x_m, fix.y_m, widened),
+            self.camera.position_distance(fix.x_m, fix.y_m, widened),
+        )
+
+    def take(self, fix: TargetFix) -> None:
+        """Take a fix that agrees with both filters."""
+        self.fused = self.fused or self.camera.copy()
+        self.fused.update_position(fix.x_m, fix.y_m, fix.covariance_m2)
+        self.last_ranged_s = fix.stamp_s
+
+    def range_from(self, pose: Pose2D) -> float:
+        return math.hypot(self.filter.x_m - pose.x_m, self.filter.y_m - pose.y_m)

@@ -1,0 +1,135 @@
+"""Cost to go on a small grid, by a wavefront of whole-number costs (Dial's algorithm) on bit sets.
+
+A grid is one Python integer, a bit a cell: dilating an obstacle or moving the whole front by one cell is a handful of
+shifts and ORs, so a plan over some ten thousand cells takes well under a millisecond without a compiled library.
+Distance is octagonal: fronts grow by four neighbours and by eight in turn, which is at most 6 % off (Rosenfeld and
+Pfaltz 1968). Bit `row * side + column` is the cell at x = column, y = row.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+BoolGrid = NDArray[np.bool_]
+
+
+def to_bits(grid: BoolGrid) -> int:
+    return int.from_bytes(np.packbits(grid.reshape(-1), bitorder="little").tobytes(), "little")
+
+
+def to_grid(bits: int, side: int) -> BoolGrid:
+    cells = side * side
+    raw = np.frombuffer(bits.to_bytes((cells + 7) // 8, "little"), dtype=np.uint8)
+    return np.unpackbits(raw, count=cells, bitorder="little").reshape(side, side).astype(np.bool_)
+
+
+def inner(side: int, border: int = 1) -> int:
+    """All cells but a border, which keeps shifts from running over into the next row."""
+    row = ((1 << (side - 2 * border)) - 1) << border
+    bits = 0
+    for index in range(border, side - border):
+        bits |= row << (index * side)
+    return bits
+
+
+def dilate(bits: int, side: int, radii_cells: Sequence[float]) -> list[int]:
+    """`bits` grown by a disc of each radius. Cells nearer to the border than the radius may run over: keep it free."""
+    wide = [bits]
+    for width in range(1, math.floor(max(radii_cells, default=0.0)) + 1):
+        wide.append(wide[-1] | bits << width | bits >> width)
+    grown: list[int] = []
+    for radius in radii_cells:
+        if radius < 0.0:
+            grown.append(0)
+            continue
+        out = wide[math.floor(radius)]
+        for dy in range(1, math.floor(radius) + 1):
+            row = wide[math.floor(math.sqrt(radius * radius - dy * dy))]
+            out |= row << (dy * side) | row >> (dy * side)
+        grown.append(out)
+    return grown
+
+
+@dataclass(frozen=True)
+class Wave:
+    """A finished search: `fronts[cost]` are the cells that are `cost` steps away from the nearest goal."""
+
+    side: int
+    fronts: tuple[int, ...]
+    step_cost: tuple[tuple[int, int], ...]
+    cost: int
+
+    def descend(self, cell: int) -> list[int]:
+        """Cells from `cell` (where the wave ended) down to a goal, both included; straight on where there is a choice."""
+        side, fronts, cost = self.side, self.fronts, self.cost
+        path = [cell]
+        last = 0
+        while True:
+            found = self._before(cell, cost, last)
+            if found is None:
+                return path
+            cell, cost = found
+            last = cell - path[-1]
+            path.append(cell)
+            if len(path) > side * side or not fronts:
+                return path
+
+    def _before(self, cell: int, cost: int, last: int) -> tuple[int, int] | None:
+        """The neighbour this cell was reached from, and its cost."""
+        own = next((charge for charge, cells in self.step_cost if cells >> cell & 1), 1)
+        before = cost - own
+        if before < 0:
+            return None
+        front = self.fronts[before]
+        for offset in _by_turn(self.side, last):
+            if (abs(offset) == 1 or abs(offset) == self.side or before & 1) and front >> (cell + offset) & 1:
+                return cell + offset, before
+        return None
+
+
+def _by_turn(side: int, last: int) -> list[int]:
+    """Eight neighbours, the one straight on first, then by how far they turn, left and right alternating."""
+    around = [1, side + 1, side, side - 1, -1, -side - 1, -side, -side + 1]
+    start = around.index(last) if last in around else 0
+    return [around[(start + turn) % 8] for turn in (0, 1, -1, 2, -2, 3, -3, 4)]
+
+
+def spread(
+    side: int, step_cost: Sequence[tuple[int, int]], goals: Sequence[tuple[int, int]], start: int, limit: int
+) -> Wave | None:
+    """Run the wave from `goals` until it reaches the cell `start`; None if it does not within `limit`.
+
+    `step_cost` is (cost of entering, cells) with disjoint cells, all else is blocked; `goals` is (cost at the
+    start, cells). Blocked goals do not count.
+    """
+    open_cells = 0
+    for _, cells in step_cost:
+        open_cells |= cells
+    pending: dict[int, int] = {}
+    for cost, cells in goals:
+        pending[cost] = pending.get(cost, 0) | (cells & open_cells)
+    target = 1 << start
+    fronts: list[int] = []
+    for cost in range(limit + 1):
+        front = pending.pop(cost, 0) & open_cells
+        fronts.append(front)
+        if front & target:
+            return Wave(side, tuple(fronts), tuple(step_cost), cost)
+        if not front:
+            if not pending:
+                return None
+            continue
+        open_cells &= ~front
+        across = front | front << 1 | front >> 1
+        grown = across | (across << side | across >> side if cost & 1 else front << side | front >> side)
+        grown &= open_cells
+        for charge, cells in step_cost:
+            reached = grown & cells
+            if reached:
+                pending[cost + charge] = pending.get(cost + charge, 0) | reached
+    return None

@@ -1,0 +1,95 @@
+"""What an arena is: where walls, obstacles and things are, where the robot starts, how the run should end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from target_nav.config import Config
+from target_nav.sim.objects import OBJECTS, ObjectShape
+from target_nav.state.types import Pose2D
+
+ARRIVED = "arrived"
+NOT_FOUND = "not_found"
+ENDINGS = (ARRIVED, NOT_FOUND)
+
+
+class Bounds(NamedTuple):
+    """Four walls round everything."""
+
+    x_min_m: float
+    y_min_m: float
+    x_max_m: float
+    y_max_m: float
+
+
+@dataclass(frozen=True)
+class CircleObstacle:
+    x_m: float
+    y_m: float
+    radius_m: float
+
+
+@dataclass(frozen=True)
+class BoxObstacle:
+    """`yaw_rad` turns the length away from the x axis."""
+
+    x_m: float
+    y_m: float
+    length_m: float
+    width_m: float
+    yaw_rad: float
+
+
+@dataclass(frozen=True)
+class WallObstacle:
+    x1_m: float
+    y1_m: float
+    x2_m: float
+    y2_m: float
+
+
+Obstacle = CircleObstacle | BoxObstacle | WallObstacle
+
+
+@dataclass(frozen=True)
+class PlacedObject:
+    """A target or a decoy."""
+
+    class_name: str
+    x_m: float
+    y_m: float
+
+    @property
+    def shape(self) -> ObjectShape:
+        return OBJECTS[self.class_name]
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A place to go to: reached when base_link is within the radius."""
+
+    x_m: float
+    y_m: float
+    radius_m: float
+
+
+@dataclass(frozen=True)
+class Arena:
+    """`config` is the configuration with the arena's `profile` applied. `expect` is how a right mission ends here."""
+
+    name: str
+    bounds: Bounds
+    robot: Pose2D
+    target: PlacedObject | None = None
+    goal: Goal | None = None
+    obstacles: tuple[Obstacle, ...] = ()
+    decoys: tuple[PlacedObject, ...] = ()
+    config: Config = field(default_factory=Config)
+    time_limit_s: float = 120.0
+    expect: str = ARRIVED
+
+    @property
+    def objects(self) -> tuple[PlacedObject, ...]:
+        """All things that stand on the floor, the target (if there is one) first."""
+        return ((self.target,) if self.target is not None else ()) + self.decoys

@@ -1,0 +1,155 @@
+"""The arena as segments and circles: ranges along many rays at once, and the exact clearance of the footprint.
+
+Boxes are four segments, the bounds are four more, things are circles. What is seen depends on height: a ray at 0.18 m
+passes over a cup.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from target_nav.sim.arena_checks import edges
+from target_nav.sim.arena_types import Arena, CircleObstacle
+from target_nav.sim.geometry import point_to_rectangle, segment_to_rectangle
+from target_nav.state.types import FloatArray
+
+_PARALLEL = 1e-12
+_CORNER = 1e-9
+"""Of a segment's length: rounding must not let a ray slip through between two segments that share a corner."""
+
+
+class RayCaster:
+    """Ranges to the nearest of some segments, shape (S, 4) as x1 y1 x2 y2, and circles, shape (C, 3) as x y radius."""
+
+    def __init__(self, segments: FloatArray, circles: FloatArray) -> None:
+        x1, y1, x2, y2 = segments.T
+        ex, ey = x2 - x1, y2 - y1
+        # With a ray o + t d and a segment p + u e (Goldman, Graphics Gems I, 1990, p. 304):
+        # t = (p - o) x e / (d x e), u = (p - o) x d / (d x e). Each product is a row times (ray's column).
+        self._denominator = np.column_stack([ey, -ex])  # . (dx, dy)
+        self._along_ray = np.column_stack([-ey, ex, x1 * ey - y1 * ex])  # . (ox, oy, 1)
+        self._along_segment = np.column_stack([-y1, x1, -np.ones_like(x1)])  # . (dx, dy, o x d)
+        self._cx, self._cy, self._radius2 = circles[:, 0:1], circles[:, 1:2], circles[:, 2:3] ** 2
+        self._work: dict[int, tuple[FloatArray, ...]] = {}
+
+    def cast(self, ox: FloatArray, oy: FloatArray, dx: FloatArray, dy: FloatArray) -> FloatArray:
+        """Ranges in metres, shape (B,), of rays from (ox, oy) along unit vectors (dx, dy), each of shape (B,).
+
+        `inf` where a ray meets nothing, 0 where it begins inside of a circle.
+        """
+        beams = len(dx)
+        work = self._work.get(beams)
+        if work is None:
+            shape = (len(self._denominator), beams)
+            work = self._work[beams] = (
+                np.empty(shape),
+                np.empty(shape),
+                np.empty(shape),
+                np.ones((3, beams)),
+            )
+        denominator, t, u, columns = work
+        with np.errstate(divide="ignore", invalid="ignore"):
+            columns[0], columns[1] = dx, dy
+            columns[2] = ox * dy - oy * dx
+            np.matmul(self._denominator, columns[:2], out=denominator)
+            np.matmul(self._along_segment, columns, out=u)
+            columns[0], columns[1], columns[2] = ox, oy, 1.0
+            np.matmul(self._along_ray, columns, out=t)
+            # A ray along a segment divides by next to nothing: its t and u are then worth nothing either.
+            denominator[np.abs(denominator) < _PARALLEL] = np.nan
+            t /= denominator
+            u /= denominator
+            hit = (t >= 0.0) & (u >= -_CORNER) & (u <= 1.0 + _CORNER)
+        ranges: FloatArray = np.where(hit, t, np.inf).min(axis=0, initial=np.inf)
+        if len(self._cx):
+            np.minimum(ranges, self._cast_circles(ox, oy, dx, dy), out=ranges)
+        return ranges
+
+    def _cast_circles(self, ox: FloatArray, oy: FloatArray, dx: FloatArray, dy: FloatArray) -> FloatArray:
+        to_x, to_y = self._cx - ox, self._cy - oy
+        nearest = to_x * dx + to_y * dy
+        off2 = to_x * dy - to_y * dx
+        off2 *= off2
+        chord2 = self._radius2 - off2
+        meets = (chord2 >= 0.0) & (nearest >= 0.0)
+        np.maximum(chord2, 0.0, out=chord2)
+        entry = np.maximum(nearest - np.sqrt(chord2), 0.0)
+        return np.where(meets, entry, np.inf).min(axis=0)
+
+
+class World:
+    """An arena, prepared for questions."""
+
+    def __init__(self, arena: Arena) -> None:
+        body = arena.config.robot
+        self._half_x = 0.5 * (body.front_m + body.rear_m)
+        self._half_y = body.half_width_m
+        self._shift = 0.5 * (body.front_m - body.rear_m)
+        self._reach = body.circumscribed_radius_m
+        self.segments = _segments(arena)
+        circles = [(o.x_m, o.y_m, o.radius_m) for o in arena.obstacles if isinstance(o, CircleObstacle)]
+        things = [(o.x_m, o.y_m, o.shape.radius_m) for o in arena.objects]
+        self._heights = [math.inf] * len(circles) + [o.shape.height_m for o in arena.objects]
+        self.circles = np.array(circles + things, dtype=np.float64).reshape(-1, 3)
+        self._segment_list = [tuple(row) for row in self.segments.tolist()]
+        self._circle_list = [tuple(row) for row in self.circles.tolist()]
+        x1, y1, x2, y2 = self.segments.T
+        self._x1, self._y1, self._ex, self._ey = (np.ascontiguousarray(v) for v in (x1, y1, x2 - x1, y2 - y1))
+        self._inverse_length2 = 1.0 / (self._ex**2 + self._ey**2)
+        self._cx, self._cy, self._cr = (np.ascontiguousarray(v) for v in self.circles.T)
+
+    def ray_caster(self, height_m: float) -> RayCaster:
+        """What level rays at this height meet."""
+        seen = [height > height_m for height in self._heights]
+        return RayCaster(self.segments, self.circles[seen])
+
+    def clearance_m(self, x_m: float, y_m: float, yaw_rad: float) -> float:
+        """From the footprint, a rectangle, to the nearest of everything; 0 when it touches.
+
+        A lower bound for each part (its distance to base_link less the footprint's farthest corner) puts the parts in
+        order, so the exact distance is worked out for the few nearest only.
+        """
+        px, py = x_m - self._x1, y_m - self._y1
+        along = (px * self._ex + py * self._ey) * self._inverse_length2
+        np.clip(along, 0.0, 1.0, out=along)
+        px -= along * self._ex
+        py -= along * self._ey
+        bounds = np.concatenate([np.hypot(px, py), np.hypot(x_m - self._cx, y_m - self._cy) - self._cr])
+        bounds -= self._reach
+        best = math.inf
+        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+        segments = len(self._segment_list)
+        for index in np.argsort(bounds).tolist():
+            if bounds[index] >= best:
+                break
+            if index < segments:
+                ax, ay, bx, by = self._segment_list[index]
+                ax, ay, bx, by = ax - x_m, ay - y_m, bx - x_m, by - y_m
+                gap = segment_to_rectangle(
+                    c * ax + s * ay - self._shift,
+                    c * ay - s * ax,
+                    c * bx + s * by - self._shift,
+                    c * by - s * bx,
+                    self._half_x,
+                    self._half_y,
+                )
+            else:
+                cx, cy, radius = self._circle_list[index - segments]
+                cx, cy = cx - x_m, cy - y_m
+                gap = point_to_rectangle(
+                    c * cx + s * cy - self._shift, c * cy - s * cx, self._half_x, self._half_y
+                )
+                gap = max(gap - radius, 0.0)
+            best = gap if gap < best else best
+        return best
+
+
+def _segments(arena: Arena) -> FloatArray:
+    """Bounds, boxes and walls, shape (S, 4)."""
+    x0, y0, x1, y1 = arena.bounds
+    rows = [(x0, y0, x1, y0), (x1, y0, x1, y1), (x1, y1, x0, y1), (x0, y1, x0, y0)]
+    for obstacle in arena.obstacles:
+        rows += [(ax, ay, bx, by) for (ax, ay), (bx, by) in edges(obstacle)]
+    return np.array(rows, dtype=np.float64)

@@ -1,0 +1,79 @@
+"""The options every process has."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import pytest
+
+from target_nav.app.settings import (
+    add_config_arguments,
+    config_from,
+    load_config,
+    parse_arguments,
+    write_config,
+)
+from target_nav.config import Config
+from target_nav.errors import ConfigError
+
+
+def parse(*argv: str) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    add_config_arguments(parser)
+    return parse_arguments(parser, argv)
+
+
+def test_without_options_it_is_the_reference_robot() -> None:
+    assert config_from(parse()) == Config()
+
+
+def test_later_options_win(tmp_path: Path) -> None:
+    file = tmp_path / "robot.yaml"
+    file.write_text("lidar.rate_hz: 8\nrobot.drive: differential\nipc.prefix: file\n")
+    config = config_from(parse("--config", str(file), "--set", "lidar.rate_hz=9.5", "--prefix", "mine"))
+    assert config.lidar.rate_hz == 9.5
+    assert config.robot.drive == "differential"
+    assert config.ipc.prefix == "mine"
+
+
+def test_what_belongs_to_ros_is_left_to_ros() -> None:
+    argv = ("--ros-args", "-p", "lidar.rate_hz:=9", "--", "--prefix", "mine", "--ros-args", "-r", "a:=b")
+    assert parse(*argv).prefix == "mine"
+
+
+def test_a_misspelt_option_is_an_error() -> None:
+    with pytest.raises(SystemExit) as caught:
+        parse("--prefx", "mine")
+    assert caught.value.code == 2
+
+
+@pytest.mark.parametrize(
+    ("argv", "message"),
+    [
+        (("--set", "lidar.rate_hz"), "KEY=VALUE"),
+        (("--set", "lidar.rate=5"), "did you mean"),
+        (("--set", "lidar.rate_hz=-5"), "must lie in"),
+        (("--set", "lidar.rate_hz=fast"), "finite number"),
+        (("--config", "/nowhere/robot.yaml"), "cannot be read"),
+    ],
+)
+def test_a_wrong_value_is_told(argv: tuple[str, ...], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        config_from(parse(*argv))
+
+
+@pytest.mark.parametrize("text", ["[1, 2]", "just text", "1: 2", "a: [", "\x00"])
+def test_a_file_that_is_no_configuration_is_told(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "robot.yaml"
+    file.write_text(text)
+    with pytest.raises(ConfigError, match=r"robot\.yaml"):
+        load_config(file)
+
+
+def test_a_configuration_survives_its_file(tmp_path: Path) -> None:
+    config = Config().override({"lidar.rate_hz": 7.25, "robot.drive": "differential", "lidar.beams": 400})
+    write_config(config, tmp_path / "c.yaml")
+    assert load_config(tmp_path / "c.yaml") == config
+    write_config(Config(), tmp_path / "same.yaml")
+    assert load_config(tmp_path / "same.yaml") == Config()

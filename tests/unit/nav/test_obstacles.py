@@ -1,0 +1,300 @@
+"""The obstacle memory: holes in a scan are not free space, ghosts go, and the target is no obstacle."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from target_nav.config import Config
+from target_nav.nav.obstacles import ObstacleMemory
+from target_nav.nav.poses import PoseHistory
+from target_nav.state.types import FloatArray, Odometry, Pose2D, Scan, Track, Twist2D
+from tests.unit.nav.scripted_world import SPEC, Drive, Sensors, World, box
+
+CONFIG = Config()
+TURN_S = 1.0 / CONFIG.lidar.rate_hz
+BOX_AHEAD = box(0.9, 0.0, 0.2, 0.3)
+ROOM = [(-2.0, -2.0, 3.0, -2.0), (3.0, -2.0, 3.0, 2.0), (3.0, 2.0, -2.0, 2.0), (-2.0, 2.0, -2.0, -2.0)]
+
+
+def watch(worlds: Sequence[World], seconds: float, since_s: float = 10.0) -> tuple[ObstacleMemory, PoseHistory]:
+    """What a memory knows after each world was watched for so long, one after the other, at 20 Hz."""
+    memory, poses = ObstacleMemory(worlds[0].config), PoseHistory()
+    scan: Scan | None = None
+    for index in range(round(seconds * len(worlds) * 20.0) + 1):
+        now_s = since_s + 0.05 * index
+        world = worlds[min(int((now_s - since_s) / seconds), len(worlds) - 1)]
+        poses.add(world.odometry(now_s))
+        begun_s = since_s + (math.floor((now_s - since_s) / TURN_S + 1e-9) - 1) * TURN_S
+        if begun_s >= since_s and (scan is None or begun_s > scan.stamp_s + 1e-6):
+            scan = world.scan(begun_s)
+        memory.update(now_s, poses, scan)
+    return memory, poses
+
+
+def seen(memory: ObstacleMemory, pose: Pose2D = Pose2D(), track: Track | None = None) -> FloatArray:
+    return memory.points_in_base(pose, track, SPEC)
+
+
+def near(points_m: FloatArray, x_m: float, y_m: float, within_m: float = 0.1) -> int:
+    return int((np.hypot(points_m[:, 0] - x_m, points_m[:, 1] - y_m) < within_m).sum())
+
+
+def track_at(x_m: float, y_m: float, sigma_m: float = 0.01, confirmed: bool = True) -> Track:
+    return Track(12.0, x_m, y_m, (sigma_m**2, 0.0, 0.0, sigma_m**2), confirmed, 9, 12.0, 12.0, 1.0, 0.0)
+
+
+def scan_with(returns: dict[int, float], stamp_s: float, elsewhere: float = math.inf) -> Scan:
+    """A scan at 1 degree a beam, beam 0 ahead, with these returns and the same range in all other directions."""
+    ranges = np.full(360, elsewhere)
+    for beam, range_m in returns.items():
+        ranges[beam] = range_m
+    return Scan(stamp_s, 0.0, math.radians(1.0), TURN_S / 360.0, 0.15, 12.0, ranges)
+
+
+def still(until_s: float = 20.0) -> PoseHistory:
+    return World().poses(until_s, since_s=until_s - 3.0)
+
+
+def test_the_face_of_a_box_is_seen_point_by_point_at_its_place() -> None:
+    memory, _ = watch([World(walls=BOX_AHEAD)], 0.5)
+    points = seen(memory)
+    assert len(points) >= 6
+    assert np.abs(points[:, 0] - 0.8).max() < 1e-6
+    assert np.abs(points[:, 1]).max() < 0.15
+    assert np.abs(np.diff(np.sort(points[:, 1]))).max() < 0.06
+
+
+def test_a_box_stays_while_the_lidar_loses_beam_after_beam() -> None:
+    memory, _ = watch([World(walls=BOX_AHEAD, sensors=Sensors(seed=1, dropouts=3.0))], 1.5)
+    assert len(seen(memory)) >= 6
+    points = seen(memory)
+    assert np.abs(np.diff(np.sort(points[:, 1]))).max() < 0.09
+
+
+def test_a_box_out_of_sight_is_forgotten_after_the_memory_and_not_before() -> None:
+    memory, poses = watch([World(walls=BOX_AHEAD)], 0.5)
+    world = World()
+    for now_s in np.arange(10.55, 13.2, 0.05):
+        poses.add(world.odometry(now_s))
+        memory.update(float(now_s), poses, scan_with({}, float(now_s) - 0.2))
+    assert near(seen(memory), 0.8, 0.0)
+    memory.update(10.5 + CONFIG.avoid.memory_s + 0.1, poses, None)
+    assert len(seen(memory)) == 0
+
+
+def test_what_the_newest_scan_saw_stays_though_the_memory_be_short() -> None:
+    memory = ObstacleMemory(CONFIG.override({"avoid.memory_s": 0.0}))
+    memory.update(20.0, still(), scan_with({0: 1.0, 1: 1.0}, 19.8))
+    memory.update(20.1, still(), None)
+    assert len(seen(memory)) == 1
+
+
+def test_a_box_that_was_taken_away_is_seen_through_within_two_scans() -> None:
+    memory, _ = watch([World(walls=[*BOX_AHEAD, *ROOM]), World(walls=ROOM)], 0.6)
+    assert near(seen(memory), 0.8, 0.0, 0.25) == 0
+
+
+def test_drop_outs_do_not_clear() -> None:
+    memory, poses = watch([World(walls=BOX_AHEAD)], 0.5)
+    before = len(seen(memory))
+    for now_s in (10.6, 10.8, 11.0):
+        poses.add(World().odometry(now_s))
+        memory.update(now_s, poses, scan_with({}, now_s - 0.2))
+    assert len(seen(memory)) == before
+
+
+def test_something_nearer_does_not_clear_what_it_hides() -> None:
+    memory = ObstacleMemory(CONFIG)
+    memory.update(19.4, still(), scan_with({beam: 1.0 for beam in range(10)}, 19.2))
+    for now_s in (19.6, 19.8, 20.0):
+        memory.update(now_s, still(), scan_with({beam: 0.6 for beam in range(-2, 12)}, now_s - 0.2))
+    assert near(seen(memory), 1.0, 0.09)
+
+
+def test_a_wall_seen_along_its_length_is_not_cleared_by_beams_that_meet_it_farther_on() -> None:
+    memory, _ = watch([World(walls=[(-1.5, 0.3, 3.0, 0.3), (3.0, 3.0, 3.0, -3.0)], sensors=Sensors(seed=2))], 2.0)
+    points = seen(memory)
+    along = np.sort(points[np.abs(points[:, 1] - 0.3) < 0.03][:, 0])
+    assert along[0] < -1.1
+    assert along[-1] > 1.1
+    assert np.diff(along).max() < 0.11
+
+
+def test_a_lone_return_is_an_obstacle_at_once_and_is_forgotten_with_the_next_look() -> None:
+    memory = ObstacleMemory(CONFIG)
+    memory.update(19.6, still(), scan_with({0: 0.5}, 19.4, elsewhere=3.0))
+    assert near(seen(memory), 0.5, 0.0) == 1
+    memory.update(19.8, still(), scan_with({}, 19.6, elsewhere=3.0))
+    assert near(seen(memory), 0.5, 0.0) == 0
+
+
+def test_a_lone_return_in_the_open_is_forgotten_in_half_a_second() -> None:
+    memory = ObstacleMemory(CONFIG)
+    memory.update(19.2, still(), scan_with({0: 0.5}, 19.0))
+    memory.update(19.4, still(), scan_with({}, 19.2))
+    assert near(seen(memory), 0.5, 0.0) == 1
+    memory.update(19.6, still(), None)
+    assert near(seen(memory), 0.5, 0.0) == 0
+
+
+def test_a_thin_leg_that_one_beam_finds_again_and_again_stays() -> None:
+    memory = ObstacleMemory(CONFIG)
+    memory.update(18.4, still(), scan_with({0: 1.0}, 18.2))
+    memory.update(18.6, still(), scan_with({1: 1.0}, 18.4))
+    memory.update(20.0, still(), scan_with({}, 19.8))
+    assert near(seen(memory), 1.0, 0.02) >= 1
+
+
+def test_noise_all_round_does_not_fill_the_way() -> None:
+    rng, memory = np.random.default_rng(3), ObstacleMemory(CONFIG)
+    counts = []
+    for index in range(80):
+        now_s = 17.2 + 0.182 * index
+        poses = still(now_s + 0.1)
+        ranges = np.where(rng.random(360) < 0.01, rng.uniform(0.2, 3.0, 360), 3.0)
+        memory.update(now_s, poses, dataclasses.replace(scan_with({}, now_s - 0.182), ranges_m=ranges))
+        points = seen(memory)
+        counts.append(int(((np.abs(points[:, 1]) < 0.2) & (points[:, 0] > 0.15)).sum()))
+    # 3.6 false returns a scan, a third of them within reach; the way ahead is a tenth of that area.
+    assert np.mean(counts) < 0.5
+    assert counts.count(0) > 40
+
+
+def test_the_body_does_not_see_itself() -> None:
+    memory = ObstacleMemory(CONFIG.override({"lidar.x_m": 0.05}))
+    # beams that meet the robot's own side edge at 0.12 m
+    memory.update(20.0, still(), scan_with({beam: 0.16 for beam in range(120, 240)}, 19.8))
+    assert len(seen(memory)) == 0
+    memory.update(20.1, still(20.2), scan_with({0: 0.16, 1: 0.16}, 19.9))
+    assert near(seen(memory), 0.21, 0.0) >= 1
+
+
+def test_a_point_the_robot_has_driven_over_was_none() -> None:
+    memory, _ = watch([World(walls=BOX_AHEAD)], 0.5)
+    points = seen(memory, Pose2D(0.75, 0.0, 0.0))
+    assert not ((np.abs(points[:, 0]) < 0.13) & (np.abs(points[:, 1]) < 0.12)).any()
+
+
+def test_points_are_given_in_base_wherever_the_robot_is_by_now() -> None:
+    memory, _ = watch([World(walls=BOX_AHEAD)], 0.5)
+    points = seen(memory, Pose2D(0.3, 0.2, math.pi / 2))
+    assert near(points, -0.2, -0.5, 0.06)
+
+
+def test_only_what_is_within_the_look_ahead_is_handed_out() -> None:
+    memory, _ = watch([World(walls=ROOM)], 0.5)
+    assert len(seen(memory)) == 0
+    close = seen(memory, Pose2D(2.0, 0.0, 0.0))
+    reach_m = CONFIG.avoid.look_ahead_m + CONFIG.avoid.margin_m + CONFIG.robot.circumscribed_radius_m
+    assert len(close) == 0  # too far off when it was seen; it comes with the next scan
+    memory, _ = watch([World(walls=ROOM, drive=Drive(Pose2D(1.5, 0.0, 0.0)))], 0.5)
+    close = seen(memory, Pose2D(1.7, 0.0, 0.0))
+    assert len(close)
+    assert np.hypot(close[:, 0], close[:, 1]).max() <= reach_m
+
+
+def test_the_confirmed_target_is_left_out_and_the_box_beside_it_is_not() -> None:
+    world = World(pins=[(0.9, 0.0)], walls=box(0.9, 0.25, 0.2, 0.2))
+    memory, _ = watch([world], 0.5)
+    assert near(seen(memory), 0.9, 0.0, 0.06)
+    without = seen(memory, track=track_at(0.9, 0.0))
+    assert near(without, 0.9, 0.0, 0.06) == 0
+    assert near(without, 0.8, 0.2, 0.06)
+    assert near(without, 0.9, 0.15, 0.06)
+
+
+def test_an_unconfirmed_target_is_an_obstacle() -> None:
+    memory, _ = watch([World(pins=[(0.9, 0.0)])], 0.5)
+    assert near(seen(memory, track=track_at(0.9, 0.0, confirmed=False)), 0.9, 0.0, 0.06)
+
+
+def test_an_uncertain_target_never_hides_more_than_the_gate() -> None:
+    memory, _ = watch([World(walls=[(0.9, -1.0, 0.9, 1.0)])], 0.5)
+    points = seen(memory, track=track_at(0.9, 0.0, sigma_m=5.0))
+    assert np.abs(points[:, 1]).min() <= CONFIG.track.lidar_range_gate_m + 0.5 * SPEC.width_m + 0.05
+    assert len(seen(memory, track=track_at(math.nan, 0.0))) == len(seen(memory))
+
+
+def test_a_jump_of_odometry_forgets_everything() -> None:
+    memory, poses = watch([World(walls=BOX_AHEAD)], 0.5)
+    poses.add(Odometry(10.6, Pose2D(3.0, 0.0, 0.0), Twist2D()))
+    memory.update(10.6, poses, None)
+    assert len(seen(memory)) == 0
+
+
+def test_a_scan_that_comes_before_its_odometry_is_taken_when_that_comes() -> None:
+    memory, poses = ObstacleMemory(CONFIG), World().poses(10.0, since_s=9.0)
+    scan = scan_with({0: 1.0}, 10.0)
+    memory.update(10.2, poses, scan)
+    assert len(seen(memory)) == 0
+    poses.add(World().odometry(10.15))
+    memory.update(10.25, poses, scan)
+    assert len(seen(memory)) == 1
+
+
+@pytest.mark.parametrize("stamp_s", [math.nan, math.inf, 1e6])
+def test_a_scan_with_a_wrong_stamp_is_ignored_and_does_not_stop_later_ones(stamp_s: float) -> None:
+    memory = ObstacleMemory(CONFIG)
+    memory.update(19.9, still(), scan_with({0: 1.0}, stamp_s))
+    assert len(seen(memory)) == 0
+    memory.update(20.0, still(), scan_with({0: 1.0}, 19.8))
+    assert len(seen(memory)) == 1
+
+
+def test_a_bad_clock_or_pose_is_nothing_to_go_by() -> None:
+    memory, _ = watch([World(walls=BOX_AHEAD)], 0.5)
+    before = len(seen(memory))
+    memory.update(math.nan, still(), None)
+    assert len(seen(memory)) == before
+    assert seen(memory, Pose2D(math.nan, 0.0, 0.0)).shape == (0, 2)
+
+
+def test_driving_past_a_box_with_odometry_that_drifts_leaves_one_box() -> None:
+    drive = Drive(Pose2D(-0.6, 0.0, 0.0), ((6.0, Twist2D(0.25, 0.0, 0.0)),))
+    world = World(
+        walls=[*box(0.5, 0.55, 0.3, 0.3), *ROOM],
+        drive=drive,
+        believed=drive.as_odometry_sees_it(1.02, 1.08, 0.01),
+        sensors=Sensors(seed=5),
+    )
+    memory, poses = watch([world], 5.0)
+    assert poses.latest is not None
+    points = seen(memory, poses.latest.pose_in_odom)
+    true = drive.pose(15.0)
+    corner = points[(points[:, 1] > 0.0) & (points[:, 0] < 0.8) & (points[:, 0] > -0.8)]
+    inside_x = (corner[:, 0] > 0.35 - true.x_m - 0.08) & (corner[:, 0] < 0.65 - true.x_m + 0.08)
+    inside_y = (corner[:, 1] > 0.40 - true.y_m - 0.08) & (corner[:, 1] < 0.70 - true.y_m + 0.08)
+    assert len(corner) > 5
+    assert (inside_x & inside_y).all()
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(0.3, 1.3), st.floats(-math.pi, math.pi)), min_size=1, max_size=12),
+    st.floats(-0.3, 0.3),
+)
+def test_a_mirrored_world_makes_a_mirrored_memory(posts: list[tuple[float, float]], wz: float) -> None:
+    def points(sign: float) -> FloatArray:
+        circles = [(r * math.cos(a), sign * r * math.sin(a), 0.05) for r, a in posts]
+        world = World(circles=circles, drive=Drive(Pose2D(), ((5.0, Twist2D(0.0, 0.0, sign * wz)),)))
+        scan = world.scan(11.0)
+        if sign < 0.0:
+            # A laser in a mirror turns the other way round.
+            scan = world.scan(11.0)
+        memory = ObstacleMemory(CONFIG)
+        memory.update(11.25, world.poses(11.25, since_s=10.0), scan)
+        return memory.points_in_base(world.drive.pose(11.25), None, SPEC)
+
+    left, right = points(1.0), points(-1.0)
+    assert (len(left) > 0) == (len(right) > 0)
+    # The beams are not mirrored to the last digit, so neither are the cells: every point has a partner nearby.
+    for first, second in ((left, right), (right, left)):
+        for x_m, y_m in first:
+            assert np.hypot(second[:, 0] - x_m, second[:, 1] + y_m).min() < 0.08
