@@ -67,13 +67,14 @@ def simulation_stack(options: StackOptions, arena: str, seed: int) -> tuple[Proc
         ),
         ready=ReadyWhen.REPORTED,
     )  # fmt: skip
-    return (sim, *_perception(options), *_drive_and_nav(options, str(link)))
+    return (sim, *_perception(options, "sim"), *_drive_and_nav(options, str(link)))
 
 
 def robot_stack(
     options: StackOptions,
     serial_port: str,
     lidar_port: str = "/dev/ttyUSB0",
+    camera_source: str = "/dev/video0",
     environment: Mapping[str, str] | None = None,
 ) -> tuple[ProcessSpec, ...]:
     """The stack on the robot. Without rplidar_ros the LiDAR's driver is left out, and the log says so."""
@@ -91,7 +92,7 @@ def robot_stack(
         parameters = (f"serial_port:={lidar_port}", "frame_id:=laser", "angle_compensate:=true")
         argv = (str(driver), "--ros-args", *(part for value in parameters for part in ("-p", value)))
         lidar = (ProcessSpec("lidar", argv),)
-    return (*lidar, *_perception(options), *_drive_and_nav(options, serial_port))
+    return (*lidar, *_perception(options, camera_source), *_drive_and_nav(options, serial_port))
 
 
 def find_ros_executable(package: str, names: tuple[str, ...], environment: Mapping[str, str]) -> Path | None:
@@ -104,10 +105,20 @@ def find_ros_executable(package: str, names: tuple[str, ...], environment: Mappi
     return None
 
 
-def _perception(options: StackOptions) -> tuple[ProcessSpec, ...]:
+def _perception(options: StackOptions, source: str) -> tuple[ProcessSpec, ...]:
     return (
-        ProcessSpec("detector", _module("detector_node", *options.common), core=options.core(DETECTOR_CORE)),
-        ProcessSpec("camera", _module("camera_node", *options.common), core=options.core(CAMERA_CORE)),
+        ProcessSpec(
+            "detector",
+            _module("detector_node", "--source", source, *options.common),
+            core=options.core(DETECTOR_CORE),
+            ready=ReadyWhen.REPORTED,
+        ),
+        ProcessSpec(
+            "camera",
+            _module("camera_node", *options.common),
+            core=options.core(CAMERA_CORE),
+            ready=ReadyWhen.REPORTED,
+        ),
     )
 
 

@@ -53,6 +53,7 @@ def _run(arguments: argparse.Namespace) -> None:
         core = NavCore(config, mission.root, io, io, recorder)
         stack.callback(core.close)
         streams = SnapshotStreams(ros, mission.root)
+        stack.callback(streams.close)
         if arguments.go:
             io.inject(Command(ros.clock.now_s(), CommandKind.GO))
         ros.start()
@@ -70,7 +71,7 @@ def _loop(ros: RosNode, core: NavCore, streams: SnapshotStreams, config: Config)
     while not ros.stop.requested:
         now_s = rate.wait()
         core.tick(now_s, loop)
-        streams.after_tick(now_s)
+        streams.after_tick(now_s, ros.clock.now_s())
         ros.check()
         if now_s >= next_statistics_s:
             statistics = rate.statistics()

@@ -49,7 +49,7 @@ SUPPORT_RAMP, WHITE_RAMP, RED_RAMP = (0.28, 0.80), (0.70, 0.95), (0.30, 0.70)
 HOPELESSLY_COLOURED = 0.3
 """Less white than this at the place proposed is not worth a search."""
 WHITE_SPREAD_MAX = 40
-WHITE_LEVEL_MIN = 95
+WHITE_LEVEL_MIN = 130
 RED_MIN = 30
 
 

@@ -24,6 +24,9 @@ PREAMBLE = """\
 // and a payload. Little-endian, natural alignment. Text is UTF-8, ended by NUL. Of a payload's last, counted array only
 // the items in use are stored; SlotHeader::length says where the payload ends.
 //
+// To make a file: flock it, ftruncate it to FILE_BYTES, fill in magic, layout_version, layout_hash, slot_count,
+// slot_bytes, payload_bytes and layout_name, then ready = 1. Never shrink one; unlink that of another layout.
+//
 // To write: flock(LOCK_EX | LOCK_NB) the file for as long as you write it. Zero the SlotHeaders whose lock is odd. Make
 // FileHeader::claim odd, set writer_pid, generation (the first sequence you will use: above every sequence in the
 // slots, in a new file CLOCK_MONOTONIC in ns) and published = uint32_t(generation - 1), make claim even. Then, for each

@@ -51,6 +51,8 @@ class CommandWriterStatistics:
     refused_full: int = 0
     refused_unheard: int = 0
     """Nobody reads: the nav process does not run, or has not opened the channel yet."""
+    repaired: int = 0
+    """Places found half-written by a dead predecessor."""
 
 
 @dataclass(frozen=True)
@@ -77,13 +79,13 @@ class CommandWriter:
         self._path, self._ack_path = path, ack_path
         self._buffer = slots.private_buffer(COMMAND_CODEC.head_bytes)
         self._ack = Reader(ack_path, ACK_CODEC)
-        self._pushed = self._full = self._unheard = 0
+        self._pushed = self._full = self._unheard = self._repaired = 0
         self._mapping: Mapping | None = None
         self._claim()
 
     @property
     def statistics(self) -> CommandWriterStatistics:
-        return CommandWriterStatistics(self._pushed, self._full, self._unheard)
+        return CommandWriterStatistics(self._pushed, self._full, self._unheard, self._repaired)
 
     @property
     def heard(self) -> bool:
@@ -150,6 +152,7 @@ class CommandWriter:
             mapping.close()
             raise
         self._sequence = reign.generation
+        self._repaired += reign.repaired
         self._mapping = mapping
         return mapping
 

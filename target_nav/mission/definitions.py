@@ -62,7 +62,7 @@ class Definitions:
 
     def _form(self, node: NodeDef, spec: NodeSpec) -> None:
         if node.form is not Form.COMPACT and node.form not in spec.kind.forms:
-            right = listed(f'<{form.value} ID="{node.id}">' for form in spec.kind.forms)
+            right = " or ".join(f'<{form.value} ID="{node.id}">' for form in spec.kind.forms)
             self._report.error(
                 node.position, f'<{node.form.value} ID="{node.id}">: write <{node.id}> or {right}'
             )

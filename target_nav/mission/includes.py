@@ -116,14 +116,14 @@ class _Includer:
             self._report.error(at, f"path cannot be used: {error}")
             return None
         if not target.is_relative_to(inside):
-            self._report.error(at, f'path is "{text}", which is outside {whose} {inside}')
+            self._report.error(at, f'path is "{text}"; it leads out of {whose}, and may not')
             return None
         try:
             there = target.is_file()
         except (OSError, ValueError):
             there = False
         if not there:
-            self._report.error(at, f'path is "{text}"; there is no file {target}')
+            self._report.error(at, f'path is "{text}"; there is no file {shown}')
             return None
         return _Source(target, shown, inside)
 
@@ -161,5 +161,5 @@ def _find_main_tree(library: Library, report: Report) -> None:
         library.main_tree = next(iter(library.trees))
     elif library.trees:
         report.error(main.position, f"main_tree_to_execute is missing in <root>; the trees are: {known}")
-    elif library.complete:
+    elif not report.has_errors:
         report.error(main.position, "there is no <BehaviorTree> in it")

@@ -164,7 +164,9 @@ class _Reader:
             self._open[-1].text += text.strip()
 
     def _doctype(self, name: str, system: str | None, public: str | None, internal: int) -> None:
-        raise _Refused(self._parser.CurrentByteIndex, "has a <!DOCTYPE>; missions have none, take it out")
+        raise _Refused(
+            max(self._data.find(b"<!DOCTYPE"), 0), "has a <!DOCTYPE>; missions have none, take it out"
+        )
 
     def _declaration(self, version: str, encoding: str | None, standalone: int) -> None:
         if encoding is not None and encoding.lower() not in ("utf-8", "us-ascii", "ascii"):

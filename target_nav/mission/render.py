@@ -35,6 +35,8 @@ def paths_of(root: Behaviour) -> dict[UUID, str]:
 def render_text(root: Behaviour, statuses: Mapping[str, str] | None = None, unicode: bool = True) -> str:
     """The tree, a line a behaviour, with the status of those that have one.
 
+    KeyError for a status name that py_trees does not know.
+
     Args:
         statuses: path (see `paths_of`) to status name, of a recorded tick; None: the tree's present statuses and
             messages
@@ -43,7 +45,9 @@ def render_text(root: Behaviour, statuses: Mapping[str, str] | None = None, unic
     """
     draw = display.unicode_tree if unicode else display.ascii_tree
     drawn = root if statuses is None else _recorded(root, statuses, paths_of(root))
-    seen = {node.id: node.status for node in drawn.iterate() if node.status is not Status.INVALID}
+    seen: dict[UUID, Status] = {
+        node.id: node.status for node in drawn.iterate() if node.status is not Status.INVALID
+    }
     return draw(drawn, visited=seen)
 
 

@@ -18,7 +18,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.blackboard import Blackboard, Client
 from py_trees.common import BlackBoxLevel, Status
 
-from target_nav.mission.statistics import TickStatistics
+from target_nav.mission.nodes import MissionNode
 
 NO_ID = UUID(int=0)
 """Stands for: no parent, no tip, no current child."""
@@ -90,34 +90,32 @@ class ActivitySnapshot:
 
 @dataclass(frozen=True)
 class TreeSnapshot:
-    """A whole tree, children before parents, the root last, as py_trees iterates."""
+    """A whole tree, children before parents, the root last, as py_trees iterates. Statistics are the sender's."""
 
     behaviours: tuple[BehaviourSnapshot, ...]
     changed: bool = False
     blackboard_on_visited_path: tuple[Pair, ...] = ()
     blackboard_activity: tuple[ActivitySnapshot, ...] = ()
-    statistics: TickStatistics = TickStatistics()
 
 
 def snapshot_of(
     root: Behaviour,
-    visited: Collection[Behaviour] = (),
+    visited: Collection[Behaviour] | None = None,
     *,
     changed: bool = False,
     blackboard_data: bool = False,
     blackboard_activity: bool = False,
-    statistics: TickStatistics = TickStatistics(),
 ) -> TreeSnapshot:
     """The tree as it stands.
 
     Args:
         root: of the tree, or of a part of it, which is then shown as a tree of its own
-        visited: what the last tick passed through, as `list(root.tick())` gives it
+        visited: what the last tick passed through; found out when None, see `visited_by`
         changed: what `SnapshotTracker.observe` said
         blackboard_data: with the values of the keys that the visited behaviours read or write
         blackboard_activity: with py_trees' activity stream, if somebody enabled it; clearing it is the caller's part
     """
-    active = {behaviour.id for behaviour in visited}
+    active = {behaviour.id for behaviour in (visited_by(root) if visited is None else visited)}
     nodes = list(root.iterate())
     return TreeSnapshot(
         behaviours=tuple(_behaviour(node, node is root, node.id in active) for node in nodes),
@@ -126,7 +124,6 @@ def snapshot_of(
         if blackboard_data
         else (),
         blackboard_activity=_activity() if blackboard_activity else (),
-        statistics=statistics,
     )
 
 
@@ -138,14 +135,17 @@ class SnapshotTracker:
         self._nodes: list[Behaviour] = []
         self._seen: list[object] = []
 
-    def observe(self, root: Behaviour, visited: Collection[Behaviour] = ()) -> bool:
-        """Whether a status, a message or the visited path differs from the last call. True for a new tree."""
+    def observe(self, root: Behaviour, visited: Collection[Behaviour] | None = None) -> bool:
+        """Whether a status, a message or the visited path differs from the last call. True for a new tree.
+
+        `visited` is what the last tick passed through; found out when None, see `visited_by`.
+        """
         if root is not self._root:
             self.forget()
             self._root, self._nodes = root, list(root.iterate())
         seen: list[object] = [node.status for node in self._nodes]
         seen += [node.feedback_message for node in self._nodes]
-        seen += map(id, visited)
+        seen += map(id, visited_by(root) if visited is None else visited)
         if seen == self._seen:
             return False
         self._seen = seen
@@ -154,6 +154,13 @@ class SnapshotTracker:
     def forget(self) -> None:
         """Takes the next tree for a new one: after behaviours were added to the tree or removed from it."""
         self._root, self._nodes, self._seen = None, [], []
+
+
+def visited_by(root: Behaviour) -> Collection[Behaviour]:
+    """What the last tick of a mission passed through. Of any other tree: the behaviours that have a status."""
+    if isinstance(root, MissionNode):
+        return root.last_visited
+    return [node for node in root.iterate() if node.status is not Status.INVALID]
 
 
 def type_of(behaviour: Behaviour) -> BehaviourType:

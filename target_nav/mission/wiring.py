@@ -9,7 +9,6 @@ from typing import Any
 from target_nav.mission.expand import Instance, PortUse
 from target_nav.mission.problems import Report, did_you_mean
 from target_nav.mission.registry import NodeSpec
-from target_nav.mission.scope import Scope
 from target_nav.mission.values import BadValue, accepts, to_literal, type_name
 from target_nav.state import keys
 
@@ -18,7 +17,6 @@ from target_nav.state import keys
 class Traffic:
     """All uses of one entry."""
 
-    owner: Scope
     writers: list[tuple[Instance, PortUse]] = field(default_factory=list)
     readers: list[tuple[Instance, PortUse]] = field(default_factory=list)
 
@@ -28,9 +26,9 @@ def traffic_of(root: Instance) -> dict[str, Traffic]:
     traffic: dict[str, Traffic] = {}
     for instance in root.walk():
         for use in instance.outputs:
-            traffic.setdefault(use.entry.path, Traffic(use.owner)).writers.append((instance, use))
+            traffic.setdefault(use.entry.path, Traffic()).writers.append((instance, use))
         for use in instance.inputs:
-            traffic.setdefault(use.entry.path, Traffic(use.owner)).readers.append((instance, use))
+            traffic.setdefault(use.entry.path, Traffic()).readers.append((instance, use))
     return traffic
 
 
@@ -40,11 +38,12 @@ def check_wiring(root: Instance, provided: frozenset[str], report: Report) -> No
     provided |= {path for instance in root.walk() for path in instance.touched}
     for path, uses in traffic.items():
         _one_owner(path, uses, report)
-        for _, use in uses.writers:
+        for instance, use in uses.writers:
             if path in table:
                 report.error(
                     use.position,
-                    f"{use.port} writes {path}, which {table[path].writer} writes; use another key",
+                    f"{instance.definition.id}: {use.port} writes {path}, which {table[path].writer} writes; "
+                    "use another key",
                 )
         readers = [(instance, use) for instance, use in uses.readers if not _constant(instance, use, report)]
         if not readers:
@@ -63,12 +62,15 @@ def _spec(instance: Instance) -> NodeSpec:
 
 
 def _one_owner(path: str, uses: Traffic, report: Report) -> None:
-    for instance, use in (*uses.writers, *uses.readers):
-        if use.owner is not uses.owner:
+    """`{approach/x}` outside and `{x}` in subtree `approach` would be the same entry by accident."""
+    every = (*uses.writers, *uses.readers)
+    inner = max((use.owner for _, use in every), key=lambda owner: len(owner.path))
+    for instance, use in every:
+        if use.owner is not inner:
             report.error(
                 use.position,
-                f"{instance.definition.id}: {use.port} means {path}, which is also a key of subtree "
-                f"{max(use.owner.path, uses.owner.path, key=len)}; use another key",
+                f"{instance.definition.id}: {use.port} means {path}, but that is a key of subtree {inner.path}; "
+                "use another key",
             )
 
 

@@ -92,14 +92,14 @@ class Driver:
         *,
         speed_mps: float,
         face_rad: float | None = None,
-        spin_radps: float = 0.0,
+        face_top_radps: float = 0.8,
         straight_to_m: tuple[float, float] | None = None,
         extra_points_m: FloatArray | None = None,
         limit_m: float = 15.0,
     ) -> Drive:
         """One tick towards the goals: spots in odom, shape (M, 3) (x, y, extra cost); asked for when planning anew.
 
-        `face_rad` is the bearing to look at, None to look where it goes; `spin_radps` turns all the while instead.
+        `face_rad` is the bearing to look at, None to look where it goes, turning no faster than `face_top_radps`.
         `straight_to_m` (in base_link) needs no route: the caller has seen that the way there is free.
         `extra_points_m` are further things to keep off, in base_link. `limit_m` bounds the cost of a way.
         """
@@ -121,7 +121,7 @@ class Driver:
             self._planned_s = min(self._planned_s, view.now_s - 0.5 * _REPLAN_S)
             return Drive(self._look(view, face_rad), leg.cost_to_go_m, False, "way blocked")
         top = self._speed(points, steering, speed_mps, leg.end_m)
-        twist = self._twist(view, steering, top, face_rad, spin_radps)
+        twist = self._twist(view, steering, top, face_rad, face_top_radps)
         return Drive(twist, leg.cost_to_go_m, False, "turned along the way" if self._along_the_way else "")
 
     def _leg(
@@ -206,15 +206,14 @@ class Driver:
         return top
 
     def _twist(
-        self, view: View, steering: Steering, top_mps: float, face_rad: float | None, spin_radps: float
+        self, view: View, steering: Steering, top_mps: float, face_rad: float | None, face_top_radps: float
     ) -> Twist2D:
         robot = self._config.robot
         direction = steering.direction_rad
         heading = direction if self._along_the_way or face_rad is None else face_rad
-        if spin_radps and not self._along_the_way:
-            wz = spin_radps
-        else:
-            wz = self._yaw.rate_radps(heading, view.twist_in_base.wz_radps)
+        wz = self._yaw.rate_radps(heading, view.twist_in_base.wz_radps)
+        if not self._along_the_way:
+            wz = max(-face_top_radps, min(face_top_radps, wz))
         speed = top_mps
         if self._along_the_way:
             # It only fits turned: turn first, then go.

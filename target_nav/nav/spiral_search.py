@@ -1,8 +1,8 @@
-"""Drives an outward spiral round the place where it began and looks about, for a target that is out of sight there.
+"""Drives about within a radius of the place where it began, for a target that is out of sight from there.
 
-Way-points lie on an Archimedean spiral. One that is occupied, behind a wall or not got nearer to is passed over. A base
-that strafes turns all the while, so the camera, 60 degrees wide, sees all round; a differential base turns round
-now and then.
+Way-points lie on an Archimedean spiral. Of those left, the one is next that promises most new floor for the way to it;
+one that would show nothing new, is occupied or cannot be reached is passed over at once. While driving, a base that strafes looks
+to where most is still unseen; a differential base looks round at the way-points.
 """
 
 from __future__ import annotations
@@ -13,15 +13,16 @@ from dataclasses import replace
 import numpy as np
 
 from target_nav.config import Config
-from target_nav.nav.drive import Driver
+from target_nav.nav.coverage import Coverage
+from target_nav.nav.drive import Drive, Driver
 from target_nav.nav.footprint import as_points
 from target_nav.nav.glimpse import Glimpse, Sight
 from target_nav.nav.progress import Progress
 from target_nav.nav.room import Room
 from target_nav.nav.skill import SkillStatus, SkillStep, View
-from target_nav.nav.speed import over_dead_band, within_limits
+from target_nav.nav.speed import YawControl, over_dead_band, within_limits
 from target_nav.state.types import STOP, FloatArray, Pose2D, Twist2D
-from target_nav.utils.frames import to_child, to_parent, wrap_angle
+from target_nav.utils.frames import points_to_parent, to_parent, wrap_angle
 
 _STEP_SHARE = 0.75
 """Way-points are so far apart, as a share of the spiral's spacing."""
@@ -31,122 +32,193 @@ _NEAR_ENOUGH_M = 0.25
 _WAY_FACTOR, _WAY_EXTRA_M = 2.5, 1.5
 """A way-point may cost so much more than its distance; beyond that it is behind something."""
 _NO_WAY_S = 0.5
-_SWEEP_EVERY_M = 1.2
-"""A differential base turns round once for so much way."""
-_SWEEP_SLACK = 1.6
-"""A turn that takes so many times longer than it should is blocked."""
 _RINGS_M = ((0.0, 1, 0.0), (0.12, 8, 0.2), (0.24, 12, 0.5))
 """Spots that stand for a way-point: radius, how many, extra cost."""
+_LOOK_EVERY_S = 0.25
+_SURE_SHARE = 0.9
+"""Of the camera's range, in which a target is surely found."""
+_SECOND_LOOK_M = 2.0
+"""When everything in reach was seen and the target was not, it is looked for again from nearer."""
+_WORTH_M2 = 0.25
+"""New floor that is worth going or looking for: the shadow of a small box."""
+_STOP_S = 4.0
+"""What stopping at a way-point costs, beside the way to it."""
+_KEEP_GAZE = 1.5
+_LOOK_ROUND_SLACK = 1.3
 
 
 class SpiralSearch:
     def __init__(
         self, config: Config, *, time_limit_s: float, radius_m: float, spacing_m: float, speed_mps: float
     ) -> None:
-        """Succeeds with a confirmed track seen just now; fails when the spiral is driven or the time is over."""
+        """Succeeds with a confirmed track seen just now; fails when all in reach was seen, or the time is over."""
         self._config = config
         self._time_limit_s = time_limit_s
         self._radius_m, self._spacing_m, self._speed_mps = radius_m, spacing_m, speed_mps
-        self._holonomic = config.robot.drive != "differential"
         self._driver = Driver(config)
         self._room = Room(config)
         self._glimpse = Glimpse(config.robot)
         self._progress = Progress(standing_s=2.5, no_nearer_s=8.0)
         self._yaw_rate_radps = max(config.search.yaw_rate_radps, config.robot.min_yaw_rate_radps)
+        self._yaw = YawControl(config.robot, top_radps=self._yaw_rate_radps, rest_rad=0.05)
+        self._range_m = min(_SURE_SHARE * config.camera.max_range_m, config.track.max_range_m)
+        self._coverage = Coverage(config.camera, self._range_m)
+        half_picture = config.camera.half_fov_rad - 0.07
+        around = np.abs(np.remainder(self._coverage.ray_angles_rad + math.pi, 2.0 * math.pi) - math.pi)
+        self._window = np.fft.rfft(np.fft.ifftshift((around <= half_picture).astype(np.float64)))
 
     def start(self, view: View) -> None:
         self._driver.forget()
         self._glimpse.reset()
         self._progress.restart()
+        self._coverage.begin(view.pose_in_odom)
+        self._coverage.look_again(self._range_m)
+        self._second_look = False
         self._started_s = view.now_s
-        self._last_pose = view.pose_in_odom
-        self._way_m = self._since_sweep_m = 0.0
-        self._swept_rad = 2.0 * math.pi
-        self._sweep_until_s = -math.inf
+        self._last_pose: Pose2D = view.pose_in_odom
+        self._way_m = 0.0
+        self._looked_s = -math.inf
+        self._gaze_in_odom_rad: float | None = None
+        self._look_round_until_s: float | None = None
         self._no_way_since_s: float | None = None
-        self._skipped = 0
-        self._next = 0
+        self._passed_over = self._visited = 0
+        self._unreachable: set[tuple[float, float]] = set()
         # The first way-point lies where there is most room.
         ahead_rad, _ = self._room.widest(as_points(view.obstacles_in_base_m), 0.0)
         begin = replace(view.pose_in_odom, yaw_rad=view.pose_in_odom.yaw_rad + ahead_rad)
         self.waypoints_m = [to_parent(begin, x, y) for x, y in spiral(self._radius_m, self._spacing_m)]
+        self._left = list(self.waypoints_m)
+        self._waypoint: tuple[float, float] | None = None
 
     def step(self, view: View) -> SkillStep:
-        self._measure_way(view)
+        pose = view.pose_in_odom
+        self._way_m += math.hypot(pose.x_m - self._last_pose.x_m, pose.y_m - self._last_pose.y_m)
+        self._last_pose = pose
         passed_s = view.now_s - self._started_s
         sight = self._glimpse.look(view)
         if sight is Sight.FOUND and view.track is not None:
             words = f"found after {passed_s:.1f} s, {self._way_m:.1f} m; {view.track.range_m:.2f} m off"
             return SkillStep(SkillStatus.SUCCESS, STOP, words)
         if passed_s > self._time_limit_s:
-            return self._failed(passed_s)
+            return self._failed(passed_s, f"limit {self._time_limit_s:.1f} s")
         if sight is Sight.LOOKING:
             self._progress.restart()
             return SkillStep(SkillStatus.RUNNING, self._glimpse.twist(view), "something is there, looking")
-        if self._swept_rad < 2.0 * math.pi and view.now_s < self._sweep_until_s:
-            return self._sweep(view)
-        self._pass_reached(view)
-        if self._next >= len(self.waypoints_m):
-            return self._failed(passed_s)
-        return self._drive_on(view)
+        if view.now_s - self._looked_s >= _LOOK_EVERY_S:
+            self._looked_s = view.now_s
+            self._coverage.update(pose, points_to_parent(pose, as_points(view.obstacles_in_base_m)))
+            self._choose_gaze(pose)
+            self._drop_if_seen()
+        if self._look_round_until_s is not None:
+            if self._gaze_in_odom_rad is not None and view.now_s < self._look_round_until_s:
+                return self._look_round(view)
+            self._look_round_until_s = None
+            self._done()
+        if self._waypoint is None and not self._choose_waypoint(pose):
+            return self._failed(passed_s, "all in reach was seen")
+        assert self._waypoint is not None
+        return self._drive_on(view, self._waypoint)
 
-    def _drive_on(self, view: View) -> SkillStep:
-        waypoint = self.waypoints_m[self._next]
-        away_m = math.dist(waypoint, (view.pose_in_odom.x_m, view.pose_in_odom.y_m))
+    def _drive_on(self, view: View, waypoint: tuple[float, float]) -> SkillStep:
+        pose = view.pose_in_odom
+        away_m = math.dist(waypoint, (pose.x_m, pose.y_m))
+        gaze = self._gaze_in_odom_rad
         drive = self._driver.drive(
             view,
             lambda: _spots(waypoint),
             speed_mps=self._speed_mps,
-            spin_radps=self._yaw_rate_radps if self._holonomic else 0.0,
+            face_rad=None if gaze is None else wrap_angle(gaze - pose.yaw_rad),
+            face_top_radps=self._yaw_rate_radps,
             limit_m=_WAY_FACTOR * away_m + _WAY_EXTRA_M,
         )
-        stalled = self._progress.stalled(view.now_s, view.pose_in_odom, drive.cost_to_go_m)
-        if math.isinf(drive.cost_to_go_m):
-            self._no_way_since_s = view.now_s if self._no_way_since_s is None else self._no_way_since_s
-            stalled = stalled or ("no way" if view.now_s - self._no_way_since_s > _NO_WAY_S else "")
-        else:
-            self._no_way_since_s = None
-        if stalled or drive.at_goal:
-            self._skipped += not drive.at_goal
-            self._go_on_to_next(view.now_s)
-        words = f"way-point {self._next + 1} of {len(self.waypoints_m)}, {self._skipped} passed over"
+        if self._gives_up(view, drive):
+            self._passed_over += 1
+            self._unreachable.add(waypoint)
+            self._done()
+        elif drive.at_goal or away_m < _NEAR_ENOUGH_M:
+            self._visited += 1
+            self._look_round_until_s = view.now_s + _LOOK_ROUND_SLACK * 2.0 * math.pi / self._yaw_rate_radps
+        words = f"{self._visited} way-points visited, {self._passed_over} passed over, {len(self._left)} left"
         return SkillStep(SkillStatus.RUNNING, drive.twist, words)
 
-    def _pass_reached(self, view: View) -> None:
-        while self._next < len(self.waypoints_m):
-            x, y = to_child(view.pose_in_odom, *self.waypoints_m[self._next])
-            if math.hypot(x, y) > _NEAR_ENOUGH_M:
-                return
-            self._go_on_to_next(view.now_s)
+    def _gives_up(self, view: View, drive: Drive) -> bool:
+        stalled = self._progress.stalled(view.now_s, view.pose_in_odom, drive.cost_to_go_m)
+        if not math.isinf(drive.cost_to_go_m):
+            self._no_way_since_s = None
+            return bool(stalled)
+        self._no_way_since_s = view.now_s if self._no_way_since_s is None else self._no_way_since_s
+        return bool(stalled) or view.now_s - self._no_way_since_s > _NO_WAY_S
 
-    def _go_on_to_next(self, now_s: float) -> None:
-        self._next += 1
+    def _look_round(self, view: View) -> SkillStep:
+        assert self._gaze_in_odom_rad is not None
+        self._progress.restart()
+        away = self._room.for_turning(as_points(view.obstacles_in_base_m))
+        error = wrap_angle(self._gaze_in_odom_rad - view.pose_in_odom.yaw_rad)
+        wz = self._yaw.rate_radps(error, view.twist_in_base.wz_radps)
+        twist = over_dead_band(Twist2D(away.vx_mps, away.vy_mps, wz), self._config.robot)
+        return SkillStep(SkillStatus.RUNNING, within_limits(twist, self._config.robot), "looking round")
+
+    def _choose_waypoint(self, pose: Pose2D) -> bool:
+        """Take the way-point that shows most for its way; False if none shows anything, even at a second look."""
+        if not self._best_left(pose):
+            if self._second_look:
+                return False
+            self._second_look = True
+            self._coverage.look_again(min(_SECOND_LOOK_M, self._range_m))
+            self._left = [spot for spot in self.waypoints_m if spot not in self._unreachable]
+            if not self._best_left(pose):
+                return False
         self._no_way_since_s = None
         self._driver.reset()
         self._progress.restart()
-        if not self._holonomic and self._since_sweep_m >= _SWEEP_EVERY_M:
-            self._since_sweep_m = self._swept_rad = 0.0
-            self._sweep_until_s = now_s + 2.0 * _SWEEP_SLACK * math.pi / self._yaw_rate_radps
+        return True
 
-    def _sweep(self, view: View) -> SkillStep:
-        away = self._room.for_turning(as_points(view.obstacles_in_base_m))
-        twist = over_dead_band(Twist2D(away.vx_mps, away.vy_mps, self._yaw_rate_radps), self._config.robot)
-        self._progress.restart()
-        return SkillStep(SkillStatus.RUNNING, within_limits(twist, self._config.robot), "looking round")
+    def _best_left(self, pose: Pose2D) -> bool:
+        if not self._left:
+            return False
+        spots = np.array(self._left)
+        gain = self._coverage.unseen_by_ray_m2(spots).sum(axis=1)
+        gain[[self._coverage.is_blocked(spot) for spot in self._left]] = 0.0
+        worth = gain >= _WORTH_M2
+        self._passed_over += int((~worth).sum())
+        if not worth.any():
+            self._left = []
+            return False
+        way_m = np.hypot(spots[:, 0] - pose.x_m, spots[:, 1] - pose.y_m)
+        best = int(np.argmax(np.where(worth, gain / (way_m / self._speed_mps + _STOP_S), 0.0)))
+        self._waypoint = self._left[best]
+        self._left = [spot for spot, keep in zip(self._left, worth.tolist()) if keep]
+        return True
 
-    def _measure_way(self, view: View) -> None:
-        pose, last = view.pose_in_odom, self._last_pose
-        step_m = math.hypot(pose.x_m - last.x_m, pose.y_m - last.y_m)
-        self._way_m += step_m
-        self._since_sweep_m += step_m
-        self._swept_rad += max(wrap_angle(pose.yaw_rad - last.yaw_rad), 0.0)
-        self._last_pose: Pose2D = pose
+    def _drop_if_seen(self) -> None:
+        """On the way much is seen already; what the way-point would still show may not be worth it any more."""
+        if self._waypoint is not None and self._look_round_until_s is None:
+            if float(self._coverage.unseen_by_ray_m2(np.array([self._waypoint])).sum()) < _WORTH_M2:
+                self._passed_over += 1
+                self._done()
 
-    def _failed(self, passed_s: float) -> SkillStep:
-        done = min(self._next, len(self.waypoints_m))
+    def _done(self) -> None:
+        if self._waypoint in self._left:
+            self._left.remove(self._waypoint)
+        self._waypoint = None
+
+    def _choose_gaze(self, pose: Pose2D) -> None:
+        """Where to look: most new floor in the picture for the turn to it; nowhere if nothing new is in sight."""
+        by_ray = self._coverage.unseen_by_ray_m2(np.array([[pose.x_m, pose.y_m]]))[0]
+        in_picture = np.fft.irfft(np.fft.rfft(by_ray) * self._window, len(by_ray))
+        angles = self._coverage.ray_angles_rad
+        turn = np.abs(np.remainder(angles - pose.yaw_rad + math.pi, 2.0 * math.pi) - math.pi)
+        value = in_picture / (turn / self._yaw_rate_radps + 1.0)
+        if self._gaze_in_odom_rad is not None:
+            kept = np.abs(np.remainder(angles - self._gaze_in_odom_rad + math.pi, 2.0 * math.pi) - math.pi)
+            value = np.where(kept < 0.1, _KEEP_GAZE * value, value)
+        best = int(np.argmax(value))
+        self._gaze_in_odom_rad = float(angles[best]) if in_picture[best] >= _WORTH_M2 else None
+
+    def _failed(self, passed_s: float, why: str) -> SkillStep:
         words = (
-            f"not found after {passed_s:.1f} s, {self._way_m:.1f} m"
-            f" ({done} of {len(self.waypoints_m)} way-points, {self._skipped} of them passed over)"
+            f"not found after {passed_s:.1f} s, {self._way_m:.1f} m ({why};"
+            f" {self._visited} way-points visited, {self._passed_over} passed over)"
         )
         return SkillStep(SkillStatus.FAILURE, STOP, words)
 

@@ -14,7 +14,7 @@ begins anew, where BehaviorTree.CPP resets it at once. A halt reaches exactly th
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
 from py_trees import composites, decorators
@@ -96,6 +96,8 @@ class MissionNode(Behaviour):
     origin: str = ""
     """Where the mission defines the node: file:line:column."""
     sources: Mapping[str, Source] = {}
+    last_visited: Sequence[Behaviour] = ()
+    """Of a node that was ticked as the root of a tree: what the last tick passed through."""
 
     @abstractmethod
     def step(self, visited: Visited) -> Status:
@@ -140,12 +142,13 @@ class MissionNode(Behaviour):
     # -- py_trees' interface -----------------------------------------------------------------------------------------
 
     def tick(self) -> Iterator[Behaviour]:
-        visited: Visited = []
-        self.execute(visited)
-        yield from visited
+        self.tick_once()
+        yield from self.last_visited
 
     def tick_once(self) -> None:
-        self.execute([])
+        visited: Visited = []
+        self.last_visited = visited
+        self.execute(visited)
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """With INVALID, py_trees' word for it, BehaviorTree.CPP's halt: children first, in order, then the node."""
@@ -154,6 +157,7 @@ class MissionNode(Behaviour):
                 halt(child)
             self.reset()
             self.feedback_message = ""
+            self.last_visited = ()
         self.terminate(new_status)
         self.active = False
         self.status = new_status

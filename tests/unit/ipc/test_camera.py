@@ -73,7 +73,9 @@ def test_read_into_a_flat_and_larger_buffer_uses_its_beginning(prefix: str) -> N
 def test_a_buffer_that_cannot_hold_the_picture_is_refused_with_both_sizes(prefix: str) -> None:
     with open_writer(CAMERA, prefix) as writer, open_reader(CAMERA, prefix) as reader:
         writer.write(picture(1))
-        with pytest.raises(DeviceError, match=r"the buffer has 100 bytes; a picture of \(6, 8, 3\) needs 144"):
+        with pytest.raises(
+            DeviceError, match=r"the buffer has 100 bytes; a picture of \(6, 8, 3\) needs 144"
+        ):
             reader.read_into(np.zeros(100, np.uint8))
         read_only = np.zeros(144, np.uint8)
         read_only.flags.writeable = False

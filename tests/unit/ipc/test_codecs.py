@@ -60,7 +60,9 @@ def test_as_many_detections_as_there_are_are_stored_and_no_more(count: int) -> N
     head, encoded = encode(DET, value)
     assert through(DET, value) == value
     assert encoded.dropped == 0
-    assert len(head) == DET.codec.layout["detections"].offset + count * DET.codec.layout["detections"].item_bytes
+    assert (
+        len(head) == DET.codec.layout["detections"].offset + count * DET.codec.layout["detections"].item_bytes
+    )
 
 
 def test_of_too_many_detections_the_best_are_kept_in_their_order_and_the_rest_is_counted() -> None:

@@ -40,7 +40,8 @@ structs = st.recursive(
 
 def numpy_dtype(of: CStruct) -> np.dtype:
     fields = [
-        (m.name, numpy_dtype(m.of) if isinstance(m.of, CStruct) else NUMPY[m.of], (m.count,)) for m in of.members
+        (m.name, numpy_dtype(m.of) if isinstance(m.of, CStruct) else NUMPY[m.of], (m.count,))
+        for m in of.members
     ]
     return np.dtype(fields, align=True)
 
@@ -57,7 +58,9 @@ def test_the_packing_format_covers_the_struct_to_its_last_padding_byte(layout: C
     assert struct.calcsize(layout.format()) == layout.size
 
 
-@pytest.mark.parametrize("layout", [FILE_HEADER, SLOT_HEADER, *(c.codec.layout for c in channels.ALL)], ids=lambda s: s.name)
+@pytest.mark.parametrize(
+    "layout", [FILE_HEADER, SLOT_HEADER, *(c.codec.layout for c in channels.ALL)], ids=lambda s: s.name
+)
 def test_every_layout_in_use_lies_as_numpy_aligns_it(layout: CStruct) -> None:
     assert layout.size == numpy_dtype(layout).itemsize
 

@@ -84,11 +84,14 @@ def test_a_reader_that_meets_a_live_writer_of_another_layout_says_both_versions(
             reader.latest()
         assert str(refusal.value) == (
             f"{prefix}_det has layout version {version} (hash {found:08x}), this program reads version 1 (hash "
-            f"{ours:08x}); its writer (pid {os.getpid()}) is of another build: stop it, and start both from the same one"
+            f"{ours:08x}); its writer (pid {os.getpid()}) is of another build: stop it, and start both from the same "
+            "one"
         )
 
 
-def test_a_leftover_of_another_layout_is_not_there_for_a_reader_and_is_replaced_by_a_writer(prefix: str) -> None:
+def test_a_leftover_of_another_layout_is_not_there_for_a_reader_and_is_replaced_by_a_writer(
+    prefix: str,
+) -> None:
     with open_writer(DET, prefix) as writer:
         writer.write(frame(1))
     path = path_of(prefix, "det")
@@ -160,13 +163,17 @@ def test_a_link_is_not_followed(prefix: str, tmp_path: Path) -> None:
 # What the system refuses
 
 
-def test_shared_memory_that_is_full_says_how_much_is_missing(prefix: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_shared_memory_that_is_full_says_how_much_is_missing(
+    prefix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def full(descriptor: int, offset: int, length: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with open_writer(CAMERA, prefix) as writer:
         monkeypatch.setattr(os, "posix_fallocate", full)
-        with pytest.raises(DeviceError, match=r"_camera: No space left on device; 3.7 MB wanted, .* --shm-size"):
+        with pytest.raises(
+            DeviceError, match=r"_camera: No space left on device; 3.7 MB wanted, .* --shm-size"
+        ):
             writer.write(picture(1, (480, 640)))
     with pytest.raises(DeviceError, match=f"{prefix}_det: No space left on device"):
         open_writer(DET, prefix)
@@ -192,9 +199,9 @@ def test_another_users_file_is_explained(monkeypatch: pytest.MonkeyPatch, prefix
 
 @pytest.mark.parametrize("bad", ["", "a/b", "../etc", "_x", "v2n_sim", "x" * 65, "a b", "a\n"])
 def test_a_prefix_that_is_no_name_is_refused(bad: str) -> None:
-    with pytest.raises(ConfigError, match="ipc.prefix is .*; it must be 1 to 64 letters"):
+    with pytest.raises(ConfigError, match=r"ipc.prefix is .*; it must be 1 to 64 letters"):
         open_writer(DET, bad)
-    with pytest.raises(ConfigError, match="ipc.prefix"):
+    with pytest.raises(ConfigError, match=r"ipc\.prefix"):
         open_reader(DET, bad)
 
 

@@ -23,10 +23,29 @@ from target_nav.state.types import (
     Track,
     Twist2D,
 )
-from tests.unit.ipc.values import calibrations, commands, detection, detections, navs, raw_detections, same, tracks
+from tests.unit.ipc.values import (
+    calibrations,
+    commands,
+    detection,
+    detections,
+    navs,
+    raw_detections,
+    same,
+    tracks,
+)
 
 NAV = NavSnapshot(
-    *(1.0, 20, NavState.NAVIGATING, None, "Navigate", "on the way", True, Pose2D(1.0, 2.0, 0.5), Twist2D(0.15)),
+    *(
+        1.0,
+        20,
+        NavState.NAVIGATING,
+        None,
+        "Navigate",
+        "on the way",
+        True,
+        Pose2D(1.0, 2.0, 0.5),
+        Twist2D(0.15),
+    ),
     *("", None, TargetSpec(), 0.1, 0.02, 0.3, 20.0, 0.001, 0),
 )
 
@@ -113,14 +132,20 @@ def test_a_nul_cannot_end_a_text_early_and_a_lone_surrogate_does_no_harm() -> No
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        (replaced(tick=2**63), r"NavSnapshot.tick is 9223372036854775808; it must be a whole number in -2\^63"),
+        (
+            replaced(tick=2**63),
+            r"NavSnapshot.tick is 9223372036854775808; it must be a whole number in -2\^63",
+        ),
         (replaced(tick=1.5), "NavSnapshot.tick is 1.5; it must be a whole number"),
         (replaced(rate_hz="fast"), "NavSnapshot.rate_hz is 'fast'; it must be a number"),
         (replaced(rate_hz=None), "NavSnapshot.rate_hz is None; it must be a number"),
         (replaced(pose_in_odom=None), "NavSnapshot.pose_in_odom is None; it must be a Pose2D"),
         (replaced(state=99), "NavSnapshot.state is 99"),
         (replaced(reason=7), "reason is 7; it must be text"),
-        (Calibration(0.0, 1.0, 1.0, 1.0, 1.0, (0.0, 0.0), 0.5, "pin"), "distortion is .*; it must be 5 numbers"),
+        (
+            Calibration(0.0, 1.0, 1.0, 1.0, 1.0, (0.0, 0.0), 0.5, "pin"),
+            "distortion is .*; it must be 5 numbers",
+        ),
     ],
 )
 def test_a_value_that_does_not_fit_is_named_with_its_limit(value: Any, message: str) -> None:

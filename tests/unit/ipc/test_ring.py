@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 
 import pytest
@@ -97,12 +98,13 @@ def test_a_full_ring_refuses_and_tells_and_its_last_place_is_for_stop(prefix: st
 @settings(max_examples=60, deadline=None)
 @given(
     st.lists(
-        st.tuples(st.sampled_from([*CommandKind, None, "gui restarts"]), st.integers(1, RING_SLOTS)), max_size=12
+        st.tuples(st.sampled_from([*CommandKind, None, "gui restarts"]), st.integers(1, RING_SLOTS)),
+        max_size=12,
     )
 )
 def test_whatever_happens_accepted_commands_come_in_order_and_a_stop_is_never_overruled(steps) -> None:
-    """A refused command may be lost, an accepted one may not, and after the newest STOP nothing older moves the robot."""
-    prefix = "t-ring-laws"
+    """A refused command may be lost, an accepted one never, and nothing older than a STOP comes after it."""
+    prefix = f"t{os.getpid()}-ring-laws"
     accepted: list[Command] = []
     got: list[Command] = []
     newest_stop = -1.0
@@ -165,6 +167,7 @@ def test_a_gui_killed_in_mid_push_costs_that_push_only(prefix: str) -> None:
         writer._mapping.view[at + CRC_AT : at + 60] = bytes(range(56))
         writer.close()
         with open_command_writer(prefix) as successor:
+            assert successor.statistics.repaired == 1
             assert successor.push(go(2))
         assert reader.pop_all() == [go(1), go(2)]
 
@@ -194,7 +197,11 @@ def test_a_second_live_gui_and_a_second_live_nav_process_are_refused(prefix: str
 
 def test_prefixes_do_not_hear_each_other(prefix: str) -> None:
     other = f"{prefix}_b"
-    with open_command_reader(prefix) as one, open_command_reader(other) as two, open_command_writer(other) as writer:
+    with (
+        open_command_reader(prefix) as one,
+        open_command_reader(other) as two,
+        open_command_writer(other) as writer,
+    ):
         assert writer.push(go(1))
         assert one.pop_all() == []
         assert two.pop_all() == [go(1)]
@@ -212,9 +219,13 @@ def test_an_argument_that_is_too_long_is_refused_for_half_a_setting_is_another_o
 
 
 def test_what_is_no_command_is_refused(prefix: str) -> None:
-    with open_command_reader(prefix), open_command_writer(prefix) as writer:
-        with pytest.raises(DeviceError, match="PushedCommand.command is .*; it must be a Command"):
-            writer.push(Command(1.0, 99))
+    wanted = r"PushedCommand\.command is .*; it must be a Command"
+    with (
+        open_command_reader(prefix),
+        open_command_writer(prefix) as writer,
+        pytest.raises(DeviceError, match=wanted),
+    ):
+        writer.push(Command(1.0, 99))
 
 
 def test_a_damaged_command_is_counted_and_passed_over(prefix: str) -> None:

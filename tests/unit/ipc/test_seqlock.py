@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -72,9 +73,18 @@ def test_a_reader_opened_after_its_writer_has_closed_learns_the_last_word_and_it
 
 @pytest.mark.parametrize(
     ("stamp_s", "age_s"),
-    [(10.0, 2.0), (12.5, 0.0), (1.7e9, math.inf), (math.nan, math.inf), (-math.inf, math.inf), (math.inf, math.inf)],
+    [
+        (10.0, 2.0),
+        (12.5, 0.0),
+        (1.7e9, math.inf),
+        (math.nan, math.inf),
+        (-math.inf, math.inf),
+        (math.inf, math.inf),
+    ],
 )
-def test_a_stamp_that_is_no_time_of_this_clock_is_infinitely_old(prefix: str, stamp_s: float, age_s: float) -> None:
+def test_a_stamp_that_is_no_time_of_this_clock_is_infinitely_old(
+    prefix: str, stamp_s: float, age_s: float
+) -> None:
     with open_writer(DET, prefix) as writer, open_reader(DET, prefix) as reader:
         writer.write(frame(1, stamp_s))
         assert reader.age_s(12.0) == age_s
@@ -83,7 +93,7 @@ def test_a_stamp_that_is_no_time_of_this_clock_is_infinitely_old(prefix: str, st
 @settings(max_examples=50, deadline=None)
 @given(steps=st.lists(st.sampled_from(["write", "take", "latest"]), max_size=40))
 def test_any_mixture_of_writing_and_reading_gives_the_newest_and_never_goes_back(steps: list[str]) -> None:
-    prefix = "t-mixture"
+    prefix = f"t{os.getpid()}-mixture"
     written, taken = 0, 0
     with open_writer(DET, prefix) as writer, open_reader(DET, prefix) as reader:
         for step in steps:
@@ -182,7 +192,7 @@ def test_nonsense_with_a_right_crc_is_an_error_that_names_the_channel(prefix: st
 def test_a_value_that_cannot_be_written_leaves_the_last_one_in_place(prefix: str) -> None:
     with open_writer(DET, prefix) as writer, open_reader(DET, prefix) as reader:
         writer.write(frame(1))
-        with pytest.raises(DeviceError, match="DetectionFrame.frame_id is 9223372036854775808"):
+        with pytest.raises(DeviceError, match=r"DetectionFrame\.frame_id is 9223372036854775808"):
             writer.write(frame(2**63))
         assert reader.latest() == frame(1)
 

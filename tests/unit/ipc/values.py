@@ -98,7 +98,9 @@ def same(left: Any, right: Any) -> bool:
 
 
 def detection(score: float = 0.9, track_id: int = 1) -> Detection:
-    return Detection("bowling_pin", score, track_id, 320.0, 240.0, 20.0, 70.0, 2.2, 0.08, 0.01, 0.01, False, True)
+    return Detection(
+        "bowling_pin", score, track_id, 320.0, 240.0, 20.0, 70.0, 2.2, 0.08, 0.01, 0.01, False, True
+    )
 
 
 def frame(frame_id: int, stamp_s: float = 10.0) -> DetectionFrame:

@@ -66,18 +66,28 @@ class Drive:
             left -= duration_s
         return Twist2D()
 
-    def pose(self, time_s: float) -> Pose2D:
-        """Exact: the exponential of each twist."""
-        pose, left = self.start, max(time_s - self.begin_s, 0.0)
+    def poses(self, times_s: FloatArray) -> FloatArray:
+        """Rows of (x, y, yaw), exact: the exponential of each twist."""
+        left = np.maximum(times_s - self.begin_s, 0.0)
+        x, y, yaw = (
+            np.full(len(left), value) for value in (self.start.x_m, self.start.y_m, self.start.yaw_rad)
+        )
         for duration_s, twist in self.legs:
-            dt = min(left, duration_s)
+            dt = np.minimum(left, duration_s)
             angle = twist.wz_radps * dt
-            a = math.sin(angle) / angle if abs(angle) > 1e-9 else 1.0
-            b = (1.0 - math.cos(angle)) / angle if abs(angle) > 1e-9 else 0.5 * angle
-            dx, dy = twist.vx_mps * dt, twist.vy_mps * dt
-            pose = compose(pose, Pose2D(a * dx - b * dy, b * dx + a * dy, angle))
-            left -= dt
-        return pose
+            small = np.abs(angle) < 1e-9
+            safe = np.where(small, 1.0, angle)
+            a = np.where(small, 1.0, np.sin(safe) / safe)
+            b = np.where(small, 0.5 * angle, (1.0 - np.cos(safe)) / safe)
+            dx, dy = (a * twist.vx_mps - b * twist.vy_mps) * dt, (b * twist.vx_mps + a * twist.vy_mps) * dt
+            c, s = np.cos(yaw), np.sin(yaw)
+            x, y, yaw = x + c * dx - s * dy, y + s * dx + c * dy, yaw + angle
+            left = left - dt
+        return np.stack((x, y, yaw), axis=1)
+
+    def pose(self, time_s: float) -> Pose2D:
+        x, y, yaw = self.poses(np.array([time_s]))[0].tolist()
+        return Pose2D(x, y, wrap_angle(yaw))
 
 
 @dataclass
@@ -103,7 +113,7 @@ class Sensors:
         values: dict[str, float] = {
             "lidar_noise": 0.0, "dropouts": 0.0, "box_jitter": 0.0, "bearing_sigma_rad": 0.0, "miss_probability": 0.0,
         }  # fmt: skip
-        return Sensors(**{**values, **changes})  # type: ignore[arg-type]
+        return Sensors(**{**values, **changes})
 
 
 @dataclass
@@ -111,6 +121,8 @@ class World:
     pins: Sequence[tuple[float, float]] = ()
     circles: Sequence[Circle] = ()
     walls: Sequence[Wall] = ()
+    low_walls: Sequence[Wall] = ()
+    """Seen by the LiDAR, and looked over by the camera."""
     decoys: Sequence[tuple[str, float, float]] = ()
     drive: Drive = Drive()
     believed: Drive | None = None
@@ -143,15 +155,15 @@ class World:
         lidar = self.config.lidar
         count, increment = lidar.beams, 2.0 * math.pi / lidar.beams
         beam_s = 1.0 / lidar.rate_hz / count
-        mount = Pose2D(lidar.x_m, lidar.y_m, lidar.yaw_rad)
-        lasers = np.array(
-            [
-                (laser.x_m, laser.y_m, laser.yaw_rad)
-                for laser in (compose(self.drive.pose(stamp_s + i * beam_s), mount) for i in range(count))
-            ]
-        )
+        lasers = self.drive.poses(stamp_s + np.arange(count) * beam_s)
+        c, s = np.cos(lasers[:, 2]), np.sin(lasers[:, 2])
+        lasers[:, 0] += c * lidar.x_m - s * lidar.y_m
+        lasers[:, 1] += s * lidar.x_m + c * lidar.y_m
+        lasers[:, 2] += lidar.yaw_rad
         directions = lasers[:, 2] - math.pi + np.arange(count) * increment
-        ranges = cast(lasers[:, 0], lasers[:, 1], directions, self.all_circles(), self.walls)
+        ranges = cast(
+            lasers[:, 0], lasers[:, 1], directions, self.all_circles(), [*self.walls, *self.low_walls]
+        )
         rng, finite = self.sensors.rng, np.where(np.isfinite(ranges), ranges, 99.0)
         sigma = np.interp(finite, (0.15, 0.5, 1.0, 1.5, 2.5, 3.5, 4.5, 6.0), MEASURED_SIGMA_M)
         lost = np.interp(finite, (2.0, 3.0, 4.0, 5.0), (0.16, 0.235, 0.30, 0.44))
@@ -168,12 +180,18 @@ class World:
         for name, x, y in [*((SPEC.class_name, x, y) for x, y in self.pins), *self.decoys]:
             ahead_m, left_m = to_child(pose, x, y)
             range_m, bearing = math.hypot(ahead_m, left_m), math.atan2(left_m, ahead_m)
-            in_picture = ahead_m > 0.05 and abs(bearing) < camera.half_fov_rad and range_m < camera.max_range_m
+            in_picture = (
+                ahead_m > 0.05 and abs(bearing) < camera.half_fov_rad and range_m < camera.max_range_m
+            )
             if not in_picture or sensors.rng.random() < sensors.miss_probability:
                 continue
             others = [circle for circle in self.all_circles() if circle[:2] != (x, y)]
             free = cast(
-                np.array([pose.x_m]), np.array([pose.y_m]), np.array([pose.yaw_rad + bearing]), others, self.walls
+                np.array([pose.x_m]),
+                np.array([pose.y_m]),
+                np.array([pose.yaw_rad + bearing]),
+                others,
+                self.walls,
             )
             if free[0] > range_m:
                 found.append(self._detection(name, range_m, bearing))
@@ -181,7 +199,9 @@ class World:
 
     def _detection(self, name: str, range_m: float, bearing: float) -> Detection:
         camera, sensors = self.config.camera, self.sensors
-        height_px = camera.focal_px * SPEC.height_m / range_m * math.exp(sensors.box_jitter * sensors.rng.normal())
+        height_px = (
+            camera.focal_px * SPEC.height_m / range_m * math.exp(sensors.box_jitter * sensors.rng.normal())
+        )
         clipped = height_px >= camera.height_px
         height_px = min(height_px, float(camera.height_px))
         measured_m = camera.focal_px * SPEC.height_m / height_px * (1.0 + sensors.scale_error)
@@ -231,7 +251,9 @@ class Tick:
 MEASURED_SIGMA_M = (0.0013, 0.0019, 0.0035, 0.0055, 0.0095, 0.0165, 0.0255, 0.031)
 
 
-def cast(x: FloatArray, y: FloatArray, yaw: FloatArray, circles: Sequence[Circle], walls: Sequence[Wall]) -> FloatArray:
+def cast(
+    x: FloatArray, y: FloatArray, yaw: FloatArray, circles: Sequence[Circle], walls: Sequence[Wall]
+) -> FloatArray:
     """The distance to the first thing each ray meets, inf if none."""
     c, s = np.cos(yaw), np.sin(yaw)
     nearest = np.full(len(x), np.inf)
@@ -242,7 +264,7 @@ def cast(x: FloatArray, y: FloatArray, yaw: FloatArray, circles: Sequence[Circle
         nearest = np.where((hit > 0.0) & (hit < nearest), hit, nearest)
     for x1, y1, x2, y2 in walls:
         ex, ey = x2 - x1, y2 - y1
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             determinant = c * ey - s * ex
             hit = ((x1 - x) * ey - (y1 - y) * ex) / determinant
             share = ((x1 - x) * s - (y1 - y) * c) / determinant

@@ -36,7 +36,9 @@ def test_a_scan_taken_while_driving_and_turning_is_straightened() -> None:
     poses = world.poses(12.0, since_s=9.5)
     scan = world.scan(11.5)
     points = deskewed_points_in_odom(scan, poses, world.config.lidar)
-    rigid = deskewed_points_in_odom(dataclasses.replace(scan, time_increment_s=0.0), poses, world.config.lidar)
+    rigid = deskewed_points_in_odom(
+        dataclasses.replace(scan, time_increment_s=0.0), poses, world.config.lidar
+    )
     assert points is not None
     assert rigid is not None
     assert distance_to_room(points.points_in_odom_m).max() < 1e-3
@@ -45,7 +47,9 @@ def test_a_scan_taken_while_driving_and_turning_is_straightened() -> None:
 
 def test_the_laser_may_sit_anywhere_on_the_robot_and_look_anywhere() -> None:
     config = Config().override({"lidar.x_m": 0.1, "lidar.y_m": -0.05, "lidar.yaw_rad": 2.0})
-    world = World(walls=ROOM, config=config, drive=Drive(Pose2D(0.4, 0.2, 1.0), ((3.0, Twist2D(0.2, 0.0, 0.4)),)))
+    world = World(
+        walls=ROOM, config=config, drive=Drive(Pose2D(0.4, 0.2, 1.0), ((3.0, Twist2D(0.2, 0.0, 0.4)),))
+    )
     points = deskewed_points_in_odom(world.scan(11.0), world.poses(12.0, since_s=9.5), config.lidar)
     assert points is not None
     assert distance_to_room(points.points_in_odom_m).max() < 1e-3
@@ -60,7 +64,7 @@ def still(stamp_s: float = 1.0) -> PoseHistory:
 
 def scan_of(ranges_m: list[float], **changes: float) -> Scan:
     scan = Scan(1.0, 0.0, math.radians(1.0), 0.0005, 0.15, 12.0, np.array(ranges_m))
-    return dataclasses.replace(scan, **changes)  # type: ignore[arg-type]
+    return dataclasses.replace(scan, **changes)
 
 
 def test_drop_outs_and_what_lies_outside_the_limits_are_no_points() -> None:

@@ -92,6 +92,8 @@ class ToyWorld:
         self.pose_in_odom, self.odom_twist = Pose2D(), STOP
         self.poses = PoseHistory()
         self.tracker, self.memory = TargetTracker(self.config), ObstacleMemory(self.config)
+        import os
+        if os.environ.get("FAR"): self.memory._reach_m = self.memory._keep_m = float(os.environ["FAR"])
         self.limiter = VelocityLimiter(self.config)
         self.frames: list[DetectionFrame] = []
         self.frame: DetectionFrame | None = None

@@ -112,17 +112,18 @@ def test_what_stands_before_the_pin_hides_it():
     assert behind == whole
 
 
-def test_a_partly_hidden_pin_has_a_narrower_box_on_its_free_side():
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_partly_hidden_pin_has_a_narrower_box_on_its_free_side(side):
     pin = PlacedObject("bowling_pin", 2.0, 0.0)
     whole = one_box(PERFECT, 2.0, 0.0)
     assert whole is not None
-    # Its right edge is at y = 0.005 on the line of sight, 0.5 m before the pin: the left part is hidden.
-    box = BoxObstacle(1.5, 0.155, 0.1, 0.3, 0.0)
+    # The box ends 5 mm to one side of the line of sight, half a metre before the pin, and hides what is on that side.
+    box = BoxObstacle(1.5, 0.155 * side, 0.1, 0.3, 0.0)
     found = [b for f in frames(camera_of(PERFECT, pin, (box,)), 60) for b in f.detections]
     assert 10 < len(found) < 50  # and it is found less often
     for detection in found:
         assert 0.4 * whole.width_px < detection.width_px < 0.75 * whole.width_px
-        assert detection.u_px > whole.u_px
+        assert (detection.u_px - whole.u_px) * side > 0.1 * whole.width_px
         assert detection.height_px == pytest.approx(whole.height_px)
 
 

@@ -141,18 +141,28 @@ def test_the_base_stands_still_some_time_after_the_motors_stop():
     assert (drive.vx_mps, drive.vy_mps, drive.wz_radps) == (0.0, 0.0, 0.0)
 
 
-def test_a_circle_closes():
-    """Exact arcs: after one turn at a constant twist the base is where it began, whatever the step."""
-    drive, _ = drive_in(HALL, replace(PERFECT, lag_s=0.0))
-    drive._mps_per_pwm = [TOP_MPS / MAX_PWM] * 4
-    command = pwm(0.2, 0.0, 0.5)
-    drive.step(command)
-    turn_s = 2.0 * math.pi / drive.wz_radps
-    steps = round(turn_s / STEP_S)
-    for _ in range(steps - 1):
-        drive.step(command)
-    left_over_m = drive.vx_mps * abs(turn_s - steps * STEP_S)
-    assert math.hypot(drive.x_m, drive.y_m) <= left_over_m + 1e-6
+def test_arcs_are_exact_whatever_the_step():
+    """Forward, sideways and turning at once: a hundred small steps and one large one end in the same place."""
+    ends = []
+    for step_s in (0.01, 1.0):
+        contact = ContactMonitor(World(HALL), 0.0, 0.0, 0.0)
+        sim = replace(PERFECT, lag_s=0.0)
+        drive = Drive(CONFIG.robot, sim, Pose2D(0.0, 0.0, 0.4), contact, np.random.default_rng(1), step_s)
+        for _ in range(round(1.0 / step_s)):
+            drive.step(pwm(0.2, 0.1, 1.0))
+        ends.append((drive.x_m, drive.y_m, drive.yaw_rad))
+    assert ends[0] == pytest.approx(ends[1], abs=1e-9)
+    forward, left, turned = reported(drive)
+    assert turned == pytest.approx(1.0, rel=0.1)
+    # On an arc the base ends to the left of where it looked at first, by what the wheels' speeds say.
+    radius = complex(forward, left) / turned
+    end = (
+        radius
+        * (complex(math.cos(turned), math.sin(turned)) - 1.0)
+        / 1j
+        * complex(math.cos(0.4), math.sin(0.4))
+    )
+    assert (ends[1][0], ends[1][1]) == pytest.approx((end.real, end.imag), abs=1e-3)
 
 
 def test_a_wall_stops_the_base_but_not_its_wheels():

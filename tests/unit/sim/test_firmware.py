@@ -18,7 +18,9 @@ STANDING = (0, 0, 0, 0)
 
 
 class Bench:
-    """A firmware with four ideal wheels on a bench: speed is PWM, at once."""
+    """A firmware with four wheels on a bench: speed follows PWM at once, with motors that differ as motors do."""
+
+    GAINS = (1.0, 0.9, 1.05, 0.85)
 
     def __init__(self, config: Config = CONFIG) -> None:
         self.firmware = FirmwareEmulator(config)
@@ -40,7 +42,7 @@ class Bench:
                 self.send(resend)
             self.loops += 1
             for wheel, pwm in enumerate(self.firmware.pwm):
-                self.travel[wheel] += 0.0 if self.held else pwm / 255 * 0.6 * LOOP_S
+                self.travel[wheel] += 0.0 if self.held else pwm / 255 * 0.6 * self.GAINS[wheel] * LOOP_S
             a, b, c, d = (math.floor(t / TICK_M) for t in self.travel)
             self.firmware.step(self.now_s, (a, b, c, d))
             data = self.firmware.take_output()

@@ -10,6 +10,7 @@ from target_nav.hardware import protocol
 from target_nav.nav.odometry import OdometryIntegrator
 from target_nav.sim.arena import Arena, load_arena
 from target_nav.sim.simulation import Simulation
+from target_nav.sim.streams import stream
 from target_nav.state.types import Odometry, RawDetectionFrame, Scan, Twist2D
 
 ARENA = load_arena("decoys")
@@ -185,6 +186,13 @@ def test_nobody_takes_anything_and_memory_stays_bounded():
     assert len(simulation.take_scans()) <= 64
     assert len(simulation.take_boxes()) <= 256
     assert simulation.target_distance_m is None
+
+
+def test_each_component_has_its_own_stream_of_the_seed():
+    draws = {name: tuple(stream(5, name).random(4)) for name in ("drive", "lidar", "camera")}
+    assert len(set(draws.values())) == 3
+    assert draws["lidar"] == tuple(stream(5, "lidar").random(4))
+    assert draws["lidar"] != tuple(stream(6, "lidar").random(4))
 
 
 def test_a_negative_seed_is_refused():

@@ -1,0 +1,82 @@
+"""Tree snapshots as py_trees_ros_interfaces messages. Field by field, so that a missing one is an error here."""
+
+from __future__ import annotations
+
+from typing import Any
+from uuid import UUID
+
+from target_nav.app.ros_clock import RosClock
+from target_nav.app.ros_convert import stamp_to_msg
+from target_nav.app.tick_statistics import TickStatistics
+from target_nav.mission.snapshot import BehaviourSnapshot, TreeSnapshot
+
+
+class SnapshotMessages:
+    """Builds messages; imports their types when it is made, so this module can be imported without ROS."""
+
+    def __init__(self, clock: RosClock) -> None:
+        from diagnostic_msgs.msg import KeyValue as DiagnosticKeyValue
+        from py_trees_ros_interfaces.msg import ActivityItem, Behaviour, BehaviourTree, KeyValue, Statistics
+        from unique_identifier_msgs.msg import UUID as UuidMsg
+
+        self._clock = clock
+        self._behaviour_type, self._tree_type, self._access_type = Behaviour, BehaviourTree, KeyValue
+        self._activity_type, self._statistics_type = ActivityItem, Statistics
+        self._uuid_type, self._variable_type = UuidMsg, DiagnosticKeyValue
+
+    def tree(self, snapshot: TreeSnapshot, parameters: Any, statistics: TickStatistics) -> Any:
+        """One BehaviourTree; blackboard and activity only if the stream's `parameters` ask for them."""
+        message = self._tree_type(
+            behaviours=[self._behaviour(b) for b in snapshot.behaviours],
+            changed=snapshot.changed,
+            statistics=self._statistics(statistics),
+        )
+        if parameters.blackboard_data:
+            message.blackboard_on_visited_path = [
+                self._variable_type(key=key, value=value) for key, value in snapshot.blackboard_on_visited_path
+            ]
+        if parameters.blackboard_activity:
+            message.blackboard_activity = [
+                self._activity_type(
+                    key=item.key,
+                    client_name=item.client_name,
+                    activity_type=item.activity_type,
+                    previous_value=item.previous_value,
+                    current_value=item.current_value,
+                )
+                for item in snapshot.blackboard_activity
+            ]
+        return message
+
+    def _behaviour(self, b: BehaviourSnapshot) -> Any:
+        return self._behaviour_type(
+            name=b.name,
+            class_name=b.class_name,
+            own_id=self._uuid(b.own_id),
+            parent_id=self._uuid(b.parent_id),
+            tip_id=self._uuid(b.tip_id),
+            child_ids=[self._uuid(child) for child in b.child_ids],
+            current_child_id=self._uuid(b.current_child_id),
+            type=int(b.type),
+            additional_detail=b.additional_detail,
+            blackbox_level=b.blackbox_level,
+            status=int(b.status),
+            message=b.message,
+            is_active=b.is_active,
+            blackboard_access=[self._access_type(key=key, value=mark) for key, mark in b.blackboard_access],
+        )
+
+    def _statistics(self, s: TickStatistics) -> Any:
+        return self._statistics_type(
+            count=s.count,
+            stamp=stamp_to_msg(s.stamp_s, self._clock),
+            tick_duration=s.duration_s,
+            tick_duration_average=s.duration_average_s,
+            tick_duration_variance=s.duration_variance_s2,
+            tick_interval=s.interval_s,
+            tick_interval_average=s.interval_average_s,
+            tick_interval_variance=s.interval_variance_s2,
+        )
+
+    def _uuid(self, value: UUID) -> Any:
+        return self._uuid_type(uuid=list(value.bytes))

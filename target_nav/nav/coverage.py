@@ -1,0 +1,110 @@
+"""Which of the floor the camera has looked at, and how much more it would see from somewhere else.
+
+A coarse grid in odom round the place where a search began. Obstacle points block the line of sight; what the camera's
+field of view has swept, near enough and unblocked, often enough, counts as seen. This is what tells a search where to go
+next and which way to look, in place of driving and turning by rote.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from target_nav.config import CameraConfig
+from target_nav.state.types import FloatArray, Pose2D
+
+_CELL_M = 0.1
+_HALF = 70
+_SIDE = 2 * _HALF + 1
+_LOOKS = 3
+"""So many updates must have a cell in view before it counts as seen: one frame may miss the target."""
+_EDGE_RAD = math.radians(4.0)
+"""Left out at either side of the picture: a target there is cut off."""
+_NEAREST_M = 0.3
+_RAY_STEP_M = 0.1
+_GAIN_STEP_M = 0.2
+_GAIN_RAYS = 48
+
+
+class Coverage:
+    def __init__(self, camera: CameraConfig, range_m: float) -> None:
+        """`range_m`: how far off the target is surely found."""
+        self._half_fov_rad = max(camera.half_fov_rad - _EDGE_RAD, 0.05)
+        self._camera_yaw_rad = camera.yaw_rad
+        self._range_m = range_m
+        count = max(round(2.0 * self._half_fov_rad / 0.03), 2)
+        self._view_angles = np.linspace(-self._half_fov_rad, self._half_fov_rad, count)
+        angles = np.arange(_GAIN_RAYS) * (2.0 * math.pi / _GAIN_RAYS) - math.pi
+        self.ray_angles_rad = angles
+        """Directions in odom that `unseen_by_ray_m2` answers for."""
+        self.begin(Pose2D())
+
+    def begin(self, pose_in_odom: Pose2D) -> None:
+        """Forget all; the grid lies round this pose."""
+        self._origin = np.array([pose_in_odom.x_m, pose_in_odom.y_m])
+        self._blocked = np.zeros((_SIDE, _SIDE), dtype=np.bool_)
+        self._shade = np.zeros((_SIDE, _SIDE), dtype=np.bool_)
+        self._looks = np.zeros((_SIDE, _SIDE), dtype=np.uint8)
+
+    def look_again(self, range_m: float) -> None:
+        """Everything counts as unseen again, and the target as found only within `range_m`."""
+        self._looks[:] = 0
+        self._range_m = range_m
+
+    def update(self, pose_in_odom: Pose2D, points_in_odom_m: FloatArray) -> None:
+        """Take in obstacles, and what the camera sees from here; a few times a second."""
+        if len(points_in_odom_m):
+            self._block(points_in_odom_m)
+        here = np.array([[pose_in_odom.x_m, pose_in_odom.y_m]])
+        angles = self._view_angles + pose_in_odom.yaw_rad + self._camera_yaw_rad
+        rows, columns, sees = self._rays(here, angles, _RAY_STEP_M)
+        seen_rows, seen_columns = rows[sees], columns[sees]
+        looks = self._looks[seen_rows, seen_columns]
+        self._looks[seen_rows, seen_columns] = np.minimum(looks + 1, _LOOKS)
+
+    def unseen_by_ray_m2(self, spots_m: FloatArray) -> FloatArray:
+        """Area still unseen that is in sight from each spot, by direction, shape (K, rays). `spots_m` is (K, 2)."""
+        rows, columns, sees = self._rays(spots_m, self.ray_angles_rad, _GAIN_STEP_M)
+        unseen = sees & (self._looks[rows, columns] < _LOOKS)
+        radius = _NEAREST_M + np.arange(rows.shape[2]) * _GAIN_STEP_M
+        area: FloatArray = (unseen * radius).sum(axis=2) * (_GAIN_STEP_M * 2.0 * math.pi / _GAIN_RAYS)
+        return area
+
+    def is_blocked(self, spot_m: tuple[float, float]) -> bool:
+        row, column = self._cells(np.array([spot_m]))
+        return bool(self._shade[row[0], column[0]])
+
+    def _block(self, points_m: FloatArray) -> None:
+        rows, columns = self._cells(points_m)
+        fresh = ~self._blocked[rows, columns]
+        if not fresh.any():
+            return
+        self._blocked[rows[fresh], columns[fresh]] = True
+        shade = self._blocked.copy()
+        # Walls are seen as single points with gaps between: one cell more closes them.
+        shade[1:] |= self._blocked[:-1]
+        shade[:-1] |= self._blocked[1:]
+        shade[:, 1:] |= self._blocked[:, :-1]
+        shade[:, :-1] |= self._blocked[:, 1:]
+        self._shade = shade
+
+    def _rays(
+        self, spots_m: FloatArray, angles_rad: FloatArray, step_m: float
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
+        """Rows and columns of samples along rays from each spot, shape (K, rays, steps), and which are in sight."""
+        radius = np.arange(_NEAREST_M, self._range_m, step_m)
+        along = np.multiply.outer(np.column_stack([np.cos(angles_rad), np.sin(angles_rad)]), radius)
+        offsets = (spots_m - self._origin) / _CELL_M + _HALF
+        x = offsets[:, 0, None, None] + along[:, 0] / _CELL_M
+        y = offsets[:, 1, None, None] + along[:, 1] / _CELL_M
+        columns = np.clip(np.rint(x), 0, _SIDE - 1).astype(np.intp)
+        rows = np.clip(np.rint(y), 0, _SIDE - 1).astype(np.intp)
+        sees = ~np.logical_or.accumulate(self._shade[rows, columns], axis=2)
+        inside = (x >= 0.0) & (x <= _SIDE - 1) & (y >= 0.0) & (y <= _SIDE - 1)
+        return rows, columns, sees & inside
+
+    def _cells(self, points_m: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        index = np.clip(np.rint((points_m - self._origin) / _CELL_M) + _HALF, 0, _SIDE - 1).astype(np.intp)
+        return index[:, 1], index[:, 0]

@@ -1,0 +1,115 @@
+"""The process table: who runs, in which order, on which core, with which options."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from target_nav.app.process_spec import ProcessSpec, ReadyWhen, RestartPolicy
+from target_nav.app.process_table import StackOptions, find_ros_executable, robot_stack, simulation_stack
+
+
+@pytest.fixture
+def options(tmp_path: Path) -> StackOptions:
+    return StackOptions(run_dir=tmp_path, mission="bowling_pin", prefix="t1", cores=4)
+
+
+def by_name(stack: tuple[ProcessSpec, ...]) -> dict[str, ProcessSpec]:
+    return {spec.name: spec for spec in stack}
+
+
+def option(spec: ProcessSpec, name: str) -> str:
+    return spec.argv[spec.argv.index(name) + 1]
+
+
+def test_the_simulator_comes_first_and_nav_last(options: StackOptions) -> None:
+    names = [spec.name for spec in simulation_stack(options, "open_floor", 7)]
+    assert names == ["sim", "detector", "camera", "arduino", "odometry", "nav"]
+
+
+def test_every_process_is_a_module_of_this_project(options: StackOptions) -> None:
+    for spec in simulation_stack(options, "open_floor", 7):
+        interpreter, dash_m, module = spec.argv[:3]
+        assert (interpreter, dash_m) == (sys.executable, "-m")
+        assert importlib.util.find_spec(module) is not None, module
+
+
+def test_all_processes_share_channels_and_configuration(options: StackOptions, tmp_path: Path) -> None:
+    config = tmp_path / "config.yaml"
+    for spec in simulation_stack(replace(options, config_file=config), "open_floor", 7):
+        assert option(spec, "--prefix") == "t1"
+        assert option(spec, "--config") == str(config)
+
+
+def test_the_arduino_node_opens_what_the_simulator_offers(options: StackOptions) -> None:
+    stack = by_name(simulation_stack(options, "open_floor", 7))
+    assert option(stack["arduino"], "--port") == option(stack["sim"], "--serial-link")
+    assert option(stack["sim"], "--arena") == "open_floor"
+    assert option(stack["sim"], "--seed") == "7"
+
+
+def test_nobody_starts_before_what_it_needs_is_ready(options: StackOptions) -> None:
+    stack = by_name(simulation_stack(options, "open_floor", 7))
+    assert {spec.ready for spec in stack.values()} == {ReadyWhen.REPORTED}
+
+
+def test_cores_and_niceness_are_the_references(options: StackOptions) -> None:
+    stack = by_name(simulation_stack(options, "open_floor", 7))
+    cores = {name: spec.core for name, spec in stack.items()}
+    assert cores == {"sim": None, "detector": 3, "camera": 2, "arduino": None, "odometry": None, "nav": 1}
+    assert {name: spec.nice for name, spec in stack.items() if spec.nice is not None} == {"nav": -5}
+
+
+@pytest.mark.parametrize("cores", [1, 2, 3])
+def test_few_cores_are_shared_and_not_pinned(options: StackOptions, cores: int) -> None:
+    assert {spec.core for spec in simulation_stack(replace(options, cores=cores), "open_floor", 7)} == {None}
+
+
+def test_nav_gets_its_orders(options: StackOptions, tmp_path: Path) -> None:
+    plain = by_name(simulation_stack(options, "open_floor", 7))["nav"]
+    assert "--go" not in plain.argv
+    assert "--record" not in plain.argv
+    orders = replace(options, go=True, record=tmp_path / "run.mcap")
+    nav = by_name(simulation_stack(orders, "open_floor", 7))["nav"]
+    assert "--go" in nav.argv
+    assert option(nav, "--record") == str(tmp_path / "run.mcap")
+    assert option(nav, "--mission") == "bowling_pin"
+
+
+def test_the_robot_has_no_simulator(options: StackOptions) -> None:
+    stack = by_name(robot_stack(options, "/dev/ttyACM0", environment={}))
+    assert list(stack) == ["detector", "camera", "arduino", "odometry", "nav"]
+    assert option(stack["arduino"], "--port") == "/dev/ttyACM0"
+    assert option(stack["detector"], "--source") == "/dev/video0"
+
+
+def test_a_missing_lidar_driver_is_told(options: StackOptions, caplog: pytest.LogCaptureFixture) -> None:
+    robot_stack(options, "/dev/ttyACM0", environment={})
+    assert "start a LiDAR driver yourself" in caplog.text
+
+
+@pytest.mark.parametrize("name", ["rplidar_node", "rplidar_composition"])
+def test_an_installed_lidar_driver_is_started_first(options: StackOptions, tmp_path: Path, name: str) -> None:
+    driver = tmp_path / "lib" / "rplidar_ros" / name
+    driver.parent.mkdir(parents=True)
+    driver.write_text("")
+    driver.chmod(0o755)
+    environment = {"AMENT_PREFIX_PATH": f"/nowhere:{tmp_path}"}
+    lidar = robot_stack(options, "/dev/ttyACM0", "/dev/ttyUSB1", environment=environment)[0]
+    assert lidar.name == "lidar"
+    assert lidar.argv[0] == str(driver)
+    assert "serial_port:=/dev/ttyUSB1" in lidar.argv
+
+
+def test_an_executable_is_looked_for_in_prefixes_only() -> None:
+    assert find_ros_executable("rplidar_ros", ("rplidar_node",), {"AMENT_PREFIX_PATH": ""}) is None
+    assert find_ros_executable("rplidar_ros", ("rplidar_node",), {}) is None
+
+
+def test_back_off_doubles_up_to_its_bound() -> None:
+    policy = RestartPolicy(first_delay_s=0.25, max_delay_s=5.0)
+    assert [policy.delay_s(n) for n in (1, 2, 3, 4, 5, 6, 100)] == [0.25, 0.5, 1.0, 2.0, 4.0, 5.0, 5.0]
