@@ -144,6 +144,7 @@ class AvoidConfig:
     look_ahead_m: float = quantity(1.2, "m", 0.2, 5.0, "obstacles farther off do not count")
     stop_clearance_m: float = quantity(0.03, "m", 0.0, 1.0, "body to obstacle: stop")
     slow_clearance_m: float = quantity(0.35, "m", 0.01, 2.0, "body to obstacle: start to slow down")
+    memory_radius_m: float = quantity(4.0, "m", 0.5, 10.0, "obstacles are remembered out to here, for planning and search")
     memory_s: float = quantity(3.0, "s", 0.0, 60.0, "how long an obstacle that is out of sight is remembered")
     cost_target: float = quantity(5.0, "1", 0.0, 100.0, "VFH+ weight: away from the target")
     cost_heading: float = quantity(2.0, "1", 0.0, 100.0, "VFH+ weight: away from the present motion")

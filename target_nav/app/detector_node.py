@@ -137,7 +137,10 @@ def main() -> None:
         "--source", default=SIM, metavar="SOURCE", help="sim, a camera (0, /dev/video0) or a video file"
     )
     parser.add_argument(
-        "--rate", type=float, metavar="HZ", help="pictures a second, at most, of a camera or file (key camera.rate_hz)"
+        "--rate",
+        type=float,
+        metavar="HZ",
+        help="pictures a second, at most, of a camera or file (key camera.rate_hz)",
     )
     arguments = parse_arguments(parser)
     sys.exit(run_process("detector", lambda: _run(arguments)))

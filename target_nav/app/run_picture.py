@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -55,7 +56,7 @@ def draw_run(
         _draw_robot(axes, arena.config.robot, trace[0], "none")
         _draw_robot(axes, arena.config.robot, trace[-1], "#ffffff")
     axes.set(xlim=(x0 - 0.1, x1 + 0.1), ylim=(y0 - 0.1, y1 + 0.1), aspect="equal", xlabel="x [m]", ylabel="y [m]")
-    axes.set_title(title, fontsize=10)
+    axes.set_title(textwrap.fill(title, 76), fontsize=9)
     axes.grid(alpha=0.25, linewidth=0.5)
     used = {state for _, state in states}
     handles = [Line2D([], [], color=STATE_COLOURS[s], lw=3, label=s.name) for s in NavState if s in used]

@@ -23,7 +23,9 @@ _LOOKS = 3
 _EDGE_RAD = math.radians(4.0)
 """Left out at either side of the picture: a target there is cut off."""
 _NEAREST_M = 0.3
-_RAY_STEP_M = 0.1
+_VIEW_RAY_RAD = 0.02
+_RAY_STEP_M = 0.08
+"""Together finer than a cell everywhere in range: else some cells in sight would never be hit."""
 _GAIN_STEP_M = 0.2
 _GAIN_RAYS = 48
 
@@ -34,7 +36,7 @@ class Coverage:
         self._half_fov_rad = max(camera.half_fov_rad - _EDGE_RAD, 0.05)
         self._camera_yaw_rad = camera.yaw_rad
         self._range_m = range_m
-        count = max(round(2.0 * self._half_fov_rad / 0.03), 2)
+        count = max(round(2.0 * self._half_fov_rad / _VIEW_RAY_RAD), 2)
         self._view_angles = np.linspace(-self._half_fov_rad, self._half_fov_rad, count)
         angles = np.arange(_GAIN_RAYS) * (2.0 * math.pi / _GAIN_RAYS) - math.pi
         self.ray_angles_rad = angles
@@ -71,10 +73,6 @@ class Coverage:
         radius = _NEAREST_M + np.arange(rows.shape[2]) * _GAIN_STEP_M
         area: FloatArray = (unseen * radius).sum(axis=2) * (_GAIN_STEP_M * 2.0 * math.pi / _GAIN_RAYS)
         return area
-
-    def is_blocked(self, spot_m: tuple[float, float]) -> bool:
-        row, column = self._cells(np.array([spot_m]))
-        return bool(self._shade[row[0], column[0]])
 
     def _block(self, points_m: FloatArray) -> None:
         rows, columns = self._cells(points_m)

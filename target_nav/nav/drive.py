@@ -61,7 +61,7 @@ class Driver:
         self._body = Footprint.of(config.robot)
         self._holonomic = config.robot.drive != "differential"
         self._planner = RoutePlanner(config)
-        self._memory = RouteMemory(config.avoid.look_ahead_m)
+        self._memory = RouteMemory(config.avoid.memory_radius_m - 0.2)
         self._strafing = Vfh(config, turned=False)
         self._turned = Vfh(config, turned=True)
         self._yaw = YawControl(config.robot)
@@ -123,6 +123,13 @@ class Driver:
         top = self._speed(points, steering, speed_mps, leg.end_m)
         twist = self._twist(view, steering, top, face_rad, face_top_radps)
         return Drive(twist, leg.cost_to_go_m, False, "turned along the way" if self._along_the_way else "")
+
+    def costs_to(self, view: View, spots_m: FloatArray, limit_m: float) -> FloatArray:
+        """Cost of the way to each spot in odom, shape (K,) for (K, 2); infinite without one."""
+        pose = view.pose_in_odom
+        here = (pose.x_m, pose.y_m)
+        known = self._memory.update(view.now_s, here, points_to_parent(pose, as_points(view.obstacles_in_base_m)))
+        return self._planner.costs_to(known, here, spots_m, limit_m)
 
     def _leg(
         self,

@@ -21,6 +21,8 @@ from target_nav.state.types import FloatArray
 CELL_M = 0.05
 _SIDE = 161
 _HALF = _SIDE // 2
+_CENTRE = _HALF * _SIDE + _HALF
+_NEAR_SPOT_CELLS = 4
 _COMFORT_M = 0.12
 """Wider than the turning body by this: keeping it costs nothing, less costs double."""
 _FREE, _NEAR, _TIGHT = 1, 2, 5
@@ -80,12 +82,11 @@ class RoutePlanner:
         start = np.array(start_m)
         steps, cost_grid = self._costs(points_in_odom_m - start if len(points_in_odom_m) else points_in_odom_m)
         goals = self._goal_bits(goals_m, start)
-        centre = _HALF * _SIDE + _HALF
-        wave = spread(_SIDE, steps, goals, centre, int(limit_m / CELL_M))
-        if wave is None:
+        wave, reached = spread(_SIDE, steps, goals, 1 << _CENTRE, int(limit_m / CELL_M))
+        if not reached:
             self.route = None
             return None
-        cells = np.array(wave.descend(centre))
+        cells = np.array(wave.descend(_CENTRE))
         path = np.column_stack([cells % _SIDE, cells // _SIDE])
         path = self._kept(path, cost_grid, goals, start)
         points = (path - _HALF) * CELL_M + start
@@ -93,6 +94,22 @@ class RoutePlanner:
         cost = float(_so_far(path, cost_grid)[-1]) * CELL_M
         self.route = Route(points, cost, length, _sight(path, cost_grid))
         return self.route
+
+    def costs_to(
+        self, points_in_odom_m: FloatArray, start_m: tuple[float, float], spots_m: FloatArray, limit_m: float
+    ) -> FloatArray:
+        """What it costs to come near to each spot, shape (K,), for spots of shape (K, 2); infinite if there is no way."""
+        start = np.array(start_m)
+        steps, _ = self._costs(points_in_odom_m - start if len(points_in_odom_m) else points_in_odom_m)
+        wave, _ = spread(_SIDE, steps, [(0, 1 << _CENTRE)], 0, int(limit_m / CELL_M))
+        index = np.rint((spots_m - start) / CELL_M).astype(np.intp) + _HALF
+        inside = ((index >= self._pad) & (index < _SIDE - self._pad)).all(axis=1)
+        regions = [
+            _window(column, row, _NEAR_SPOT_CELLS) if known else 0
+            for (column, row), known in zip(index.tolist(), inside.tolist())
+        ]
+        costs = wave.costs_of(regions)
+        return np.array([math.inf if cost is None else cost * CELL_M for cost in costs])
 
     def _costs(self, points_m: FloatArray) -> tuple[list[tuple[int, int]], NDArray[np.uint8]]:
         """The grid's cost classes as bits and as numbers (0: blocked), for points relative to the robot."""
@@ -188,12 +205,17 @@ def _sight(path: CellPath, cost_grid: NDArray[np.uint8]) -> int:
     return min(1, last)
 
 
-def _near_goal(cell: NDArray[np.intp], goals: list[tuple[int, int]], reach: int = 4) -> bool:
-    column, row = int(cell[0]), int(cell[1])
-    box = ((1 << (2 * reach + 1)) - 1) << max(column - reach, 0)
-    window = 0
+def _window(column: int, row: int, reach: int) -> int:
+    """The square of cells within `reach` of one."""
+    line = ((1 << (2 * reach + 1)) - 1) << max(column - reach, 0)
+    cells = 0
     for at in range(max(row - reach, 0), row + reach + 1):
-        window |= box << (at * _SIDE)
+        cells |= line << (at * _SIDE)
+    return cells
+
+
+def _near_goal(cell: NDArray[np.intp], goals: list[tuple[int, int]]) -> bool:
+    window = _window(int(cell[0]), int(cell[1]), _NEAR_SPOT_CELLS)
     return any(cells & window for _, cells in goals)
 
 

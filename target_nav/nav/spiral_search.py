@@ -29,8 +29,8 @@ _STEP_SHARE = 0.75
 _FIRST_SHARE = 0.75
 """The first way-point is so many spacings off: nearer, it sees little that turning on the spot did not."""
 _NEAR_ENOUGH_M = 0.25
-_WAY_FACTOR, _WAY_EXTRA_M = 2.5, 1.5
-"""A way-point may cost so much more than its distance; beyond that it is behind something."""
+_FARTHEST_WAY_M = 15.0
+"""In cost: tight places count several times."""
 _NO_WAY_S = 0.5
 _RINGS_M = ((0.0, 1, 0.0), (0.12, 8, 0.2), (0.24, 12, 0.5))
 """Spots that stand for a way-point: radius, how many, extra cost."""
@@ -114,7 +114,7 @@ class SpiralSearch:
                 return self._look_round(view)
             self._look_round_until_s = None
             self._done()
-        if self._waypoint is None and not self._choose_waypoint(pose):
+        if self._waypoint is None and not self._choose_waypoint(view):
             return self._failed(passed_s, "all in reach was seen")
         assert self._waypoint is not None
         return self._drive_on(view, self._waypoint)
@@ -129,7 +129,7 @@ class SpiralSearch:
             speed_mps=self._speed_mps,
             face_rad=None if gaze is None else wrap_angle(gaze - pose.yaw_rad),
             face_top_radps=self._yaw_rate_radps,
-            limit_m=_WAY_FACTOR * away_m + _WAY_EXTRA_M,
+            limit_m=_FARTHEST_WAY_M,
         )
         if self._gives_up(view, drive):
             self._passed_over += 1
@@ -158,36 +158,32 @@ class SpiralSearch:
         twist = over_dead_band(Twist2D(away.vx_mps, away.vy_mps, wz), self._config.robot)
         return SkillStep(SkillStatus.RUNNING, within_limits(twist, self._config.robot), "looking round")
 
-    def _choose_waypoint(self, pose: Pose2D) -> bool:
+    def _choose_waypoint(self, view: View) -> bool:
         """Take the way-point that shows most for its way; False if none shows anything, even at a second look."""
-        if not self._best_left(pose):
+        if not self._best_left(view):
             if self._second_look:
                 return False
             self._second_look = True
             self._coverage.look_again(min(_SECOND_LOOK_M, self._range_m))
             self._left = [spot for spot in self.waypoints_m if spot not in self._unreachable]
-            if not self._best_left(pose):
+            if not self._best_left(view):
                 return False
         self._no_way_since_s = None
         self._driver.reset()
         self._progress.restart()
         return True
 
-    def _best_left(self, pose: Pose2D) -> bool:
+    def _best_left(self, view: View) -> bool:
         if not self._left:
             return False
         spots = np.array(self._left)
         gain = self._coverage.unseen_by_ray_m2(spots).sum(axis=1)
-        gain[[self._coverage.is_blocked(spot) for spot in self._left]] = 0.0
-        worth = gain >= _WORTH_M2
-        self._passed_over += int((~worth).sum())
+        cost_m = self._driver.costs_to(view, spots, _FARTHEST_WAY_M)
+        worth = (gain >= _WORTH_M2) & np.isfinite(cost_m)
         if not worth.any():
-            self._left = []
             return False
-        way_m = np.hypot(spots[:, 0] - pose.x_m, spots[:, 1] - pose.y_m)
-        best = int(np.argmax(np.where(worth, gain / (way_m / self._speed_mps + _STOP_S), 0.0)))
-        self._waypoint = self._left[best]
-        self._left = [spot for spot, keep in zip(self._left, worth.tolist()) if keep]
+        value = gain / (cost_m / self._speed_mps + _STOP_S)
+        self._waypoint = self._left[int(np.argmax(np.where(worth, value, 0.0)))]
         return True
 
     def _drop_if_seen(self) -> None:

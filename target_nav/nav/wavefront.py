@@ -62,7 +62,24 @@ class Wave:
     side: int
     fronts: tuple[int, ...]
     step_cost: tuple[tuple[int, int], ...]
-    cost: int
+
+    @property
+    def cost(self) -> int:
+        """Cost of the last front: that of the cell the search ran until."""
+        return len(self.fronts) - 1
+
+    def costs_of(self, regions: Sequence[int]) -> list[int | None]:
+        """The lowest cost of any cell of each region; None for one that was not reached."""
+        costs: list[int | None] = [None] * len(regions)
+        left = 0
+        for cells in regions:
+            left |= cells
+        for cost, front in enumerate(self.fronts):
+            if front & left:
+                for index, cells in enumerate(regions):
+                    if costs[index] is None and front & cells:
+                        costs[index] = cost
+        return costs
 
     def descend(self, cell: int) -> list[int]:
         """Cells from `cell` (where the wave ended) down to a goal, both included; straight on where there is a choice."""
@@ -100,12 +117,12 @@ def _by_turn(side: int, last: int) -> list[int]:
 
 
 def spread(
-    side: int, step_cost: Sequence[tuple[int, int]], goals: Sequence[tuple[int, int]], start: int, limit: int
-) -> Wave | None:
-    """Run the wave from `goals` until it reaches the cell `start`; None if it does not within `limit`.
+    side: int, step_cost: Sequence[tuple[int, int]], goals: Sequence[tuple[int, int]], until: int, limit: int
+) -> tuple[Wave, bool]:
+    """Run the wave from `goals` until it reaches a cell of `until`, has nowhere left to go, or costs `limit`.
 
     `step_cost` is (cost of entering, cells) with disjoint cells, all else is blocked; `goals` is (cost at the
-    start, cells). Blocked goals do not count.
+    start, cells). Blocked goals do not count. Returns the wave, and whether it reached `until`.
     """
     open_cells = 0
     for _, cells in step_cost:
@@ -113,16 +130,15 @@ def spread(
     pending: dict[int, int] = {}
     for cost, cells in goals:
         pending[cost] = pending.get(cost, 0) | (cells & open_cells)
-    target = 1 << start
     fronts: list[int] = []
     for cost in range(limit + 1):
         front = pending.pop(cost, 0) & open_cells
         fronts.append(front)
-        if front & target:
-            return Wave(side, tuple(fronts), tuple(step_cost), cost)
+        if front & until:
+            return Wave(side, tuple(fronts), tuple(step_cost)), True
         if not front:
             if not pending:
-                return None
+                break
             continue
         open_cells &= ~front
         across = front | front << 1 | front >> 1
@@ -132,4 +148,4 @@ def spread(
             reached = grown & cells
             if reached:
                 pending[cost + charge] = pending.get(cost + charge, 0) | reached
-    return None
+    return Wave(side, tuple(fronts), tuple(step_cost)), False

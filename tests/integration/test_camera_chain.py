@@ -175,12 +175,18 @@ def test_the_mission_s_target_reaches_the_detector(chain: Chain) -> None:
     nav.close()
 
 
-def test_frames_left_by_a_former_run_are_not_handed_on(chain: Chain) -> None:
-    chain.sim_camera.write(CameraFrame(time.monotonic() - 5.0, 1, chain.image))
+def test_what_a_former_run_left_is_not_followed(chain: Chain) -> None:
+    before_s = time.monotonic() - 5.0
+    chain.sim_camera.write(CameraFrame(before_s, 1, chain.image))
+    with channels.open_writer(channels.NAV, prefix=chain.prefix) as nav:
+        nav.write(nav_snapshot(TargetSpec("bottle", 0.25, 0.07), before_s))
     chain.start("detector_node")
     chain.start("camera_node", "--no-ros")
     time.sleep(1.0)
     assert chain.det.latest() is None
+    calibration = channels.open_reader(channels.CALIBRATION, prefix=chain.prefix).latest()
+    assert calibration is not None
+    assert calibration.class_name == "bowling_pin"
 
 
 @pytest.mark.parametrize("name", ["detector_node", "camera_node"])
@@ -261,9 +267,9 @@ def test_onlookers_get_json_and_the_mode(chain: Chain) -> None:
     assert pin["range_m"] == pytest.approx(RANGE_M, rel=0.04)
 
 
-def nav_snapshot(spec: TargetSpec) -> NavSnapshot:
+def nav_snapshot(spec: TargetSpec, stamp_s: float | None = None) -> NavSnapshot:
     return NavSnapshot(
-        stamp_s=time.monotonic(),
+        stamp_s=time.monotonic() if stamp_s is None else stamp_s,
         tick=1,
         state=NavState.IDLE,
         outcome=None,

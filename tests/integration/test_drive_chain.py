@@ -6,6 +6,7 @@ import json
 import math
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,26 +15,27 @@ import pytest
 from target_nav.app.ros_convert import odometry_from_msg, scan_from_msg, twist_to_msg
 from target_nav.app.ros_support import RosNode, command_qos, sensor_qos, tf_qos
 from target_nav.ipc import channels
-from target_nav.state.types import Odometry, Scan, Twist2D
+from target_nav.state.types import Odometry, Pose2D, Scan, Twist2D
 from tests.utils.processes import Managed, ros_environment, running, wait_until
 
 pytestmark = [pytest.mark.ros, pytest.mark.linux, pytest.mark.slow]
 
 PREFIX = "test_drive"
+ARDUINO = "target_nav.app.arduino_node"
 ARENA = "open_floor"
 
 
 class Chain:
     """The three processes, and a node that drives them and listens."""
 
-    def __init__(self, ros: RosNode, folder: Path, arduino: Managed, sim: Managed) -> None:
+    def __init__(self, ros: RosNode, folder: Path, arduino: Managed) -> None:
         from geometry_msgs.msg import Twist
         from nav_msgs.msg import Odometry as OdometryMessage
         from sensor_msgs.msg import LaserScan
         from std_msgs.msg import Empty
         from tf2_msgs.msg import TFMessage
 
-        self.arduino, self.sim = arduino, sim
+        self.arduino = arduino
         self.truth_path = folder / "truth.json"
         self.odometry: list[Odometry] = []
         self.scans: list[Scan] = []
@@ -69,8 +71,30 @@ class Chain:
         self._reset(self._empty())
 
     def truth(self) -> dict[str, Any]:
-        truth: dict[str, Any] = json.loads(self.truth_path.read_text())
-        return truth
+        """The next truth that is written."""
+        asked_s = time.monotonic()
+        found: list[dict[str, Any]] = []
+
+        def read() -> bool:
+            found[:] = [json.loads(self.truth_path.read_text())]
+            return bool(found[0]["now_s"] > asked_s)
+
+        wait_until(read, "the next truth")
+        return found[0]
+
+    def begin(self) -> None:
+        """Stand at odom's origin, with nothing heard so far."""
+        wait_until(lambda: self.drive(Twist2D(), 0.1) > 0.0 and self._stands(), "standing still")
+        self.reset()
+        wait_until(lambda: self.drive(Twist2D(), 0.1) > 0.0 and self._is_at_origin(), "the reset")
+        for heard in (self.odometry, self.scans, self.transforms):
+            heard.clear()
+
+    def _stands(self) -> bool:
+        return len(self.odometry) > 2 and self.odometry[-1].twist_in_base == Twist2D()
+
+    def _is_at_origin(self) -> bool:
+        return self.odometry[-1].pose_in_odom == Pose2D()
 
     def _is_connected(self) -> bool:
         node = self._ros.node
@@ -78,24 +102,46 @@ class Chain:
         return published and all(node.count_subscribers(topic) for topic in ("/cmd_vel", "/reset_odom"))
 
 
-@pytest.fixture
-def chain(tmp_path: Path) -> Iterator[Chain]:
+@contextmanager
+def simulator(folder: Path, prefix: str) -> Iterator[Managed]:
+    options = ("--arena", ARENA, "--seed", "1", "--prefix", prefix, "--serial-link", str(folder / "arduino"))
+    try:
+        with running(
+            "target_nav.app.sim_node", *options, "--truth", str(folder / "truth.json"), folder=folder
+        ) as sim:
+            yield sim
+    finally:
+        for path in Path("/dev/shm").glob(f"{prefix}_*"):
+            path.unlink()
+
+
+@contextmanager
+def started(folder: Path) -> Iterator[Chain]:
     ros_environment()
-    link = tmp_path / "arduino"
-    sim_options = ("--arena", ARENA, "--seed", "1", "--prefix", PREFIX, "--serial-link", str(link))
-    truth = ("--truth", str(tmp_path / "truth.json"))
     with (
-        running("target_nav.app.sim_node", *sim_options, *truth, folder=tmp_path) as sim,
-        running("target_nav.app.arduino_node", "--port", str(link), folder=tmp_path) as arduino,
-        running("target_nav.app.odometry_node", folder=tmp_path),
+        simulator(folder, PREFIX),
+        running(ARDUINO, "--port", str(folder / "arduino"), folder=folder) as arduino,
+        running("target_nav.app.odometry_node", folder=folder),
         RosNode("test_driver") as ros,
     ):
-        yield Chain(ros, tmp_path, arduino, sim)
-    for path in Path("/dev/shm").glob(f"{PREFIX}_*"):
-        path.unlink()
+        yield Chain(ros, folder, arduino)
+
+
+@pytest.fixture(scope="module")
+def started_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chain]:
+    with started(tmp_path_factory.mktemp("chain")) as chain:
+        yield chain
+
+
+@pytest.fixture
+def chain(started_once: Chain) -> Chain:
+    started_once.begin()
+    return started_once
 
 
 def test_two_seconds_of_driving_are_seen_in_odometry_and_end_when_nobody_drives(chain: Chain) -> None:
+    before = chain.truth()["pose"]
+    chain.begin()
     last_s = chain.drive(Twist2D(0.1, 0.0, 0.0), 2.0)
     way_m = chain.odometry[-1].pose_in_odom.x_m
     assert 0.14 < way_m < 0.24
@@ -108,13 +154,10 @@ def test_two_seconds_of_driving_are_seen_in_odometry_and_end_when_nobody_drives(
     assert 0.4 < stopped.stamp_s - last_s < 1.5
     assert stopped.pose_in_odom.x_m - way_m < 0.2
 
-    stood_s = chain.truth()["now_s"]
-    wait_until(lambda: chain.truth()["now_s"] > stood_s + 1.0, "the next truth")
     truth = chain.truth()
     assert math.hypot(truth["twist"]["vx_mps"], truth["twist"]["vy_mps"]) == 0.0
-    driven_m = math.hypot(
-        truth["pose"]["x_m"] - truth["path"][0][1], truth["pose"]["y_m"] - truth["path"][0][2]
-    )
+    after = truth["pose"]
+    driven_m = math.hypot(after["x_m"] - before["x_m"], after["y_m"] - before["y_m"])
     # Odometry is off by 2 % at most, and by what it measured of the last moment before STOP.
     assert stopped.pose_in_odom.x_m == pytest.approx(driven_m, rel=0.03, abs=0.02)
     assert not truth["collided"]
@@ -185,12 +228,38 @@ def test_pictures_come_with_the_time_of_their_exposure(chain: Chain) -> None:
     assert [frame.frame_id for frame, _ in frames] == sorted({frame.frame_id for frame, _ in frames})
 
 
-def test_a_simulator_that_ends_takes_its_port_away_and_tells_the_truth(chain: Chain, tmp_path: Path) -> None:
-    chain.drive(Twist2D(0.1, 0.0, 0.0), 0.5)
-    assert chain.sim.end() == 0
-    assert not (tmp_path / "arduino").is_symlink()
-    truth = chain.truth()
-    assert truth["arena"] == ARENA
-    assert truth["path_m"] > 0.0
-    wait_until(lambda: "trying to open it again" in chain.arduino.log(), "the loss of the port")
-    assert chain.arduino.process.poll() is None
+def test_a_simulator_that_ends_takes_its_port_away_and_tells_the_truth(tmp_path: Path) -> None:
+    with (
+        simulator(tmp_path, "test_end") as sim,
+        running(ARDUINO, "--port", str(tmp_path / "arduino"), folder=tmp_path) as arduino,
+    ):
+        assert sim.end() == 0
+        assert not (tmp_path / "arduino").is_symlink()
+        truth = json.loads((tmp_path / "truth.json").read_text())
+        assert truth["arena"] == ARENA
+        assert len(truth["path"]) > 1
+        wait_until(lambda: "trying to open it again" in arduino.log(), "the loss of the port")
+        assert arduino.process.poll() is None
+
+
+def test_a_second_simulator_on_the_same_channels_is_refused(chain: Chain, tmp_path: Path) -> None:
+    second = Managed("target_nav.app.sim_node", ["--arena", ARENA, "--prefix", PREFIX], tmp_path)
+    assert second.wait() == 2
+    assert "another instance" in second.log()
+    assert "Traceback" not in second.log()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--arena", "nowhere"], "nowhere"),
+        (["--arena", ARENA, "--seed", "-1"], "0 or more"),
+        (["--arena", ARENA, "--truth", "/nowhere/truth.json"], "no folder"),
+        (["--arena", ARENA, "--set", "lidar.rate_hz=0"], "must lie in"),
+    ],
+)
+def test_a_simulator_that_cannot_be_run_says_why(tmp_path: Path, options: list[str], message: str) -> None:
+    refused = Managed("target_nav.app.sim_node", ["--prefix", "test_refused", *options], tmp_path)
+    assert refused.wait() == 2
+    assert message in refused.log()
+    assert "Traceback" not in refused.log()

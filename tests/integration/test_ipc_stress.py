@@ -245,7 +245,7 @@ def test_a_reader_goes_on_through_writers_killed_in_mid_write(
     tally = Tally()
     with source(prefix) as (take, reader):
         run = -1
-        while run < KILLS - 1 or (told[REPAIRED] == 0 and run < MOST_KILLS):
+        while run < KILLS - 1 or (kind != "ring" and told[REPAIRED] == 0 and run < MOST_KILLS):
             run += 1
             writer = context.Process(target=write, args=(prefix, run * RUN, told), daemon=True)
             writer.start()
@@ -263,7 +263,8 @@ def test_a_reader_goes_on_through_writers_killed_in_mid_write(
     assert tally.last // RUN == run
     if kind == "ring":
         assert tally.gaps == 0, "an accepted command was lost"
-    assert told[REPAIRED] > 0, "none was killed while it was at a slot"
+    if kind != "ring":
+        assert told[REPAIRED] > 0, "none was killed while it was at a slot"
 
 
 def wait_for(done: Callable[[], object], what: str) -> None:

@@ -16,11 +16,11 @@ from tests.utils.board import ScriptedBoard, track_at
 
 def ticked(leaf: MissionLeaf, **ports: object) -> Status:
     """The leaf's status after one tick, with its ports as a mission file would set them."""
-    leaf.setup_ports()
+    leaf.setup_ports(port_remappings={port: f"/test/{port}" for port in ports})
+    client = leaf.attach_blackboard_client(name="test")
     for port, value in ports.items():
-        client = leaf.attach_blackboard_client(name="test")
-        client.register_key(key=f"/{port}", access=Access.WRITE)
-        client.set(f"/{port}", value)
+        client.register_key(key=f"/test/{port}", access=Access.WRITE)
+        client.set(f"/test/{port}", value)
     leaf.tick_once()
     return leaf.status
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import subprocess
 import sys
@@ -59,6 +60,26 @@ def test_a_writer_in_another_process_is_named_and_its_claim_dies_with_it(prefix:
         holder.stdout.close()
         holder.stdin.close()
     open_writer(DET, prefix).close()
+
+
+def test_a_lock_on_a_file_that_lost_its_name_meanwhile_is_no_claim(
+    prefix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, flock = path_of(prefix, "det"), fcntl.flock
+    open_writer(DET, prefix).close()
+
+    def renamed_before(descriptor: int, operation: int) -> None:
+        monkeypatch.setattr(fcntl, "flock", flock)
+        path.unlink()
+        path.write_bytes(b"")
+        flock(descriptor, operation)
+
+    monkeypatch.setattr(fcntl, "flock", renamed_before)
+    with open_writer(DET, prefix) as writer, open_reader(DET, prefix) as reader:
+        assert files.is_claimed(path)
+        writer.write(frame(1))
+        assert reader.latest() == frame(1)
+        assert writer.statistics.reclaimed == 0
 
 
 def test_asking_whether_a_writer_lives_takes_no_claim_away(prefix: str) -> None:

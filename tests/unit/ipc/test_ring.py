@@ -95,7 +95,7 @@ def test_a_full_ring_refuses_and_tells_and_its_last_place_is_for_stop(prefix: st
         assert reader.pop_all() == [go(5)]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
     st.lists(
         st.tuples(st.sampled_from([*CommandKind, None, "gui restarts"]), st.integers(1, RING_SLOTS)),

@@ -179,6 +179,28 @@ def test_a_value_older_than_one_accepted_before_is_refused_once_and_for_all(pref
         assert reader.statistics.stale == 1
 
 
+def test_a_slot_of_a_former_reign_is_refused_even_if_it_is_published(prefix: str) -> None:
+    with open_writer(DET, prefix) as writer:
+        writer.write(frame(0))
+        writer.write(frame(1))
+    with open_writer(DET, prefix) as successor, open_reader(DET, prefix) as reader:
+        slots.publish(successor._mapping, last_sequence(successor))
+        assert reader.latest() is None
+        successor.write(frame(2))
+        slots.publish(successor._mapping, last_sequence(successor) - 1)
+        assert reader.latest() is None
+        slots.publish(successor._mapping, last_sequence(successor) - 2)
+        assert reader.latest() is None
+        slots.publish(successor._mapping, last_sequence(successor))
+        assert reader.latest() == frame(2)
+
+
+def test_a_channel_nothing_was_written_to_is_not_mistaken_for_a_torn_one(prefix: str) -> None:
+    with open_writer(DET, prefix), open_reader(DET, prefix) as reader:
+        assert reader.latest() is None
+        assert reader.statistics == seqlock.ReaderStatistics()
+
+
 def test_nonsense_with_a_right_crc_is_an_error_that_names_the_channel(prefix: str) -> None:
     with open_writer(DET, prefix) as writer, open_reader(DET, prefix) as reader:
         encoded = writer._codec.encode(frame(1), writer._buffer, PAYLOAD_AT)
@@ -219,8 +241,8 @@ def test_a_slot_left_half_written_is_repaired_by_the_successor(prefix: str) -> N
         writer = open_writer(DET, prefix)
         for i in range(6):
             writer.write(frame(i))
-        sequence, mapping = writer._sequence, writer._mapping
-        mapping.words[lock_word(writer, sequence)] = lock_busy(sequence)
+        sequence, mapping, word = writer._sequence, writer._mapping, lock_word(writer, writer._sequence)
+        mapping.words[word] = lock_busy(sequence)
         at = mapping.geometry.slot_at(sequence % SLOTS)
         mapping.view[at + CRC_AT : at + 90] = bytes(range(86))
         writer.close()
@@ -228,6 +250,7 @@ def test_a_slot_left_half_written_is_repaired_by_the_successor(prefix: str) -> N
         with open_writer(DET, prefix) as successor:
             assert successor.statistics.repaired == 1
             assert successor._sequence == sequence
+            assert successor._mapping.words[word] == 0
             for i in range(6, 12):
                 successor.write(frame(i))
                 assert reader.take_new() == frame(i)

@@ -13,7 +13,6 @@ from itertools import cycle
 from pathlib import Path
 from typing import Any
 
-
 from target_nav.mission import NodeRegistry, load_mission
 from target_nav.mission.nodes import halt
 from tests.unit.mission.scripted import LETTER, document, scripted_leaves

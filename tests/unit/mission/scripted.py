@@ -51,7 +51,8 @@ class ScriptedLeaf(PortsMixin, py_trees.behaviour.Behaviour, register=False):
 def scripted_leaves(scripts: dict[str, str], log: list[str]) -> list[type[ScriptedLeaf]]:
     """One leaf class a name, all writing to `log`."""
     return [
-        type(name, (ScriptedLeaf,), {"SCRIPT": script, "LOG": log}, register=False) for name, script in scripts.items()
+        type(name, (ScriptedLeaf,), {"SCRIPT": script, "LOG": log}, register=False)
+        for name, script in scripts.items()
     ]
 
 
@@ -79,7 +80,10 @@ def leaf_class(
 
 def document(*trees: str, main: str | None = "Main") -> str:
     """A mission file. A tree that is not a whole `<BehaviorTree>` becomes tree Main."""
-    whole = (tree if "<BehaviorTree" in tree else f'<BehaviorTree ID="Main">{tree}</BehaviorTree>' for tree in trees)
+    whole = (
+        tree if "<BehaviorTree" in tree else f'<BehaviorTree ID="Main">{tree}</BehaviorTree>'
+        for tree in trees
+    )
     attribute = f' main_tree_to_execute="{main}"' if main else ""
     return f'<root BTCPP_format="4"{attribute}>{"".join(whole)}</root>'
 
@@ -94,10 +98,10 @@ class Trace:
     `tick()` gives the root's letter and what was done to the leaves: `["R", "A>S", "B>R"]`.
     """
 
-    def __init__(self, folder: Path, scripts: dict[str, str], *trees: str) -> None:
+    def __init__(self, folder: Path, scripts: dict[str, str], *trees: str, xml: str = "") -> None:
         self._log: list[str] = []
         path = folder / "mission.xml"
-        path.write_text(document(*trees), encoding="utf-8")
+        path.write_text(xml or document(*trees), encoding="utf-8")
         self.mission = load_mission(path, NodeRegistry(scripted_leaves(scripts, self._log)))
         self.root = self.mission.root
         self._now_s = 0.0

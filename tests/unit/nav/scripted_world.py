@@ -90,6 +90,9 @@ class Drive:
         return Pose2D(x, y, wrap_angle(yaw))
 
 
+STANDING = Drive()
+
+
 @dataclass
 class Sensors:
     """How the sensors err. `Sensors.perfect()` does not err at all."""
@@ -124,7 +127,7 @@ class World:
     low_walls: Sequence[Wall] = ()
     """Seen by the LiDAR, and looked over by the camera."""
     decoys: Sequence[tuple[str, float, float]] = ()
-    drive: Drive = Drive()
+    drive: Drive = STANDING
     believed: Drive | None = None
     """The same way as odometry has it, if it is wrong about it."""
     sensors: Sensors = field(default_factory=Sensors.perfect)
@@ -215,11 +218,14 @@ class World:
         frame_s = 1.0 / self.config.camera.rate_hz
         begin_s = self.drive.begin_s
         frames, scans = -1, -1
+        ticks_s = begin_s + 0.05 * np.arange(1, round(seconds * 20.0) + 1)
+        true = self.drive.poses(ticks_s)
+        believed = true if self.believed is None else self.believed.poses(ticks_s)
+        moving = self.believed or self.drive
         frame: DetectionFrame | None = None
         scan: Scan | None = None
-        for tick in range(round(seconds * 20.0)):
-            now_s = begin_s + 0.05 * (tick + 1)
-            poses.add(self.odometry(now_s))
+        for now_s, pose, odom in zip(ticks_s.tolist(), true.tolist(), believed.tolist()):
+            poses.add(Odometry(now_s, Pose2D(*odom), moving.twist(now_s)))
             newest = math.floor((now_s - begin_s - self.sensors.latency_s) / frame_s + 1e-9)
             if newest > frames:
                 frames = newest
@@ -229,13 +235,14 @@ class World:
                 scans = newest
                 scan = self.scan(begin_s + scans * turn_s)
             track = tracker.update(now_s, poses, spec, frame, scan)
-            yield Tick(now_s, poses, self.drive.pose(now_s), frame, scan, track)
+            yield Tick(now_s, poses, Pose2D(*pose), frame, scan, track)
 
-    def track_after(self, seconds: float, tracker: TargetTracker | None = None) -> Track | None:
-        track = None
-        for tick in self.run(tracker or TargetTracker(self.config), seconds):
-            track = tick.track
-        return track
+    def last_tick(self, seconds: float) -> Tick:
+        *_, last = self.run(TargetTracker(self.config), seconds)
+        return last
+
+    def track_after(self, seconds: float) -> Track | None:
+        return self.last_tick(seconds).track
 
 
 @dataclass(frozen=True, eq=False)

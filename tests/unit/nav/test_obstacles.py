@@ -18,6 +18,7 @@ from target_nav.state.types import FloatArray, Odometry, Pose2D, Scan, Track, Tw
 from tests.unit.nav.scripted_world import SPEC, Drive, Sensors, World, box
 
 CONFIG = Config()
+ORIGIN = Pose2D()
 TURN_S = 1.0 / CONFIG.lidar.rate_hz
 BOX_AHEAD = box(0.9, 0.0, 0.2, 0.3)
 ROOM = [(-2.0, -2.0, 3.0, -2.0), (3.0, -2.0, 3.0, 2.0), (3.0, 2.0, -2.0, 2.0), (-2.0, 2.0, -2.0, -2.0)]
@@ -40,7 +41,7 @@ def watch(
     return memory, poses
 
 
-def seen(memory: ObstacleMemory, pose: Pose2D = Pose2D(), track: Track | None = None) -> FloatArray:
+def seen(memory: ObstacleMemory, pose: Pose2D = ORIGIN, track: Track | None = None) -> FloatArray:
     return memory.points_in_base(pose, track, SPEC)
 
 
@@ -114,9 +115,9 @@ def test_drop_outs_do_not_clear() -> None:
 
 def test_something_nearer_does_not_clear_what_it_hides() -> None:
     memory = ObstacleMemory(CONFIG)
-    memory.update(19.4, still(), scan_with({beam: 1.0 for beam in range(10)}, 19.2))
+    memory.update(19.4, still(), scan_with(dict.fromkeys(range(10), 1.0), 19.2))
     for now_s in (19.6, 19.8, 20.0):
-        memory.update(now_s, still(), scan_with({beam: 0.6 for beam in range(-2, 12)}, now_s - 0.2))
+        memory.update(now_s, still(), scan_with(dict.fromkeys(range(-2, 12), 0.6), now_s - 0.2))
     assert near(seen(memory), 1.0, 0.09)
 
 
@@ -174,7 +175,7 @@ def test_noise_all_round_does_not_fill_the_way() -> None:
 def test_the_body_does_not_see_itself() -> None:
     memory = ObstacleMemory(CONFIG.override({"lidar.x_m": 0.05}))
     # something of the robot's own that stands 0.11 m behind base_link
-    memory.update(20.0, still(), scan_with({beam: 0.16 for beam in range(150, 211)}, 19.8))
+    memory.update(20.0, still(), scan_with(dict.fromkeys(range(150, 211), 0.16), 19.8))
     assert len(seen(memory)) == 0
     memory.update(20.1, still(20.2), scan_with({0: 0.16, 1: 0.16}, 19.9))
     assert near(seen(memory), 0.21, 0.0) >= 1

@@ -11,14 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from target_nav.nav.poses import PoseHistory, moved_by
-from target_nav.state.types import Odometry, Pose2D, Twist2D
+from target_nav.state.types import STOP, Odometry, Pose2D, Twist2D
 from target_nav.utils.frames import wrap_angle
 from tests.unit.nav.scripted_world import Drive, World
 
 TURNING = World(drive=Drive(Pose2D(1.0, 2.0, 3.0), ((5.0, Twist2D(0.2, -0.1, 0.5)),)))
 
 
-def odometry(stamp_s: float, x_m: float = 0.0, yaw_rad: float = 0.0, twist: Twist2D = Twist2D()) -> Odometry:
+def odometry(stamp_s: float, x_m: float = 0.0, yaw_rad: float = 0.0, twist: Twist2D = STOP) -> Odometry:
     return Odometry(stamp_s, Pose2D(x_m, 0.0, yaw_rad), twist)
 
 

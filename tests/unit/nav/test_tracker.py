@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from target_nav.nav.tracker import TargetTracker
 from target_nav.state.types import Detection, DetectionFrame, Odometry, Pose2D, TargetSpec, Track, Twist2D
 from tests.unit.nav.scripted_world import (
     SPEC,
+    STANDING,
     Drive,
     Sensors,
     Tick,
@@ -35,7 +37,7 @@ AHEAD = Drive(Pose2D(), ((8.0, Twist2D(0.15, 0.0, 0.0)),))
 class Feed:
     """A tracker on a robot that stands at the origin (or moves as told), fed with frames by hand at 10 Hz."""
 
-    def __init__(self, drive: Drive = Drive(), config: Config = CONFIG) -> None:
+    def __init__(self, drive: Drive = STANDING, config: Config = CONFIG) -> None:
         self.world = World(drive=drive, config=config)
         self.tracker = TargetTracker(config)
         self.now_s = drive.begin_s
@@ -90,9 +92,10 @@ def test_with_perfect_sensors_the_track_is_on_the_pin(range_m: float, bearing: f
     track = World(pins=[pin], walls=ROOM).track_after(1.5)
     assert track is not None
     assert track.confirmed
-    assert error_m(track, pin) < 0.02
-    assert track.range_m == pytest.approx(range_m, abs=0.02)
-    assert track.bearing_rad == pytest.approx(bearing, abs=0.02)
+    # Half a beam aside: the robot stands, so the same beams meet the pin each time.
+    assert error_m(track, pin) < 0.01 + 0.5 * math.radians(1.0) * range_m
+    assert track.range_m == pytest.approx(range_m, abs=0.015)
+    assert track.bearing_rad == pytest.approx(bearing, abs=0.012)
 
 
 def test_a_track_is_confirmed_by_the_fourth_frame_and_not_before() -> None:
@@ -122,8 +125,7 @@ def test_the_same_frame_and_scan_again_and_again_count_once() -> None:
 
 
 def test_it_says_where_the_target_is_from_where_the_robot_is_now() -> None:
-    for tick in World(pins=[(2.0, 0.3)], walls=ROOM, drive=AHEAD).run(TargetTracker(CONFIG), 6.0):
-        pass
+    tick = World(pins=[(2.0, 0.3)], walls=ROOM, drive=AHEAD).last_tick(6.0)
     assert tick.track is not None
     assert tick.track.stamp_s == tick.now_s
     dx, dy = 2.0 - tick.robot.x_m, 0.3 - tick.robot.y_m
@@ -134,7 +136,7 @@ def test_it_says_where_the_target_is_from_where_the_robot_is_now() -> None:
 def test_the_camera_may_sit_anywhere_and_look_anywhere() -> None:
     config = CONFIG.override({"camera.x_m": -0.1, "camera.y_m": 0.2, "camera.yaw_rad": 2.0})
     pin = (-1.0, 1.2)
-    track = World(pins=[pin], walls=ROOM, config=config).track_after(1.5, TargetTracker(config))
+    track = World(pins=[pin], walls=ROOM, config=config).track_after(1.5)
     assert error_m(track, pin) < 0.02
 
 
@@ -291,7 +293,7 @@ NEAR_THINGS: dict[str, World] = {
 def test_what_stands_near_the_pin_does_not_lend_its_range(name: str) -> None:
     """Error 3 sigma of what a camera alone leaves at that range at most, for a camera with its own errors."""
     pin, bad = (2.2, 0.2), 0
-    for seed in range(4):
+    for seed in range(3):
         rng = np.random.default_rng(seed)
         sensors = Sensors(seed=seed, scale_error=0.02 * rng.normal(), yaw_error_rad=0.006 * rng.normal())
         world = dataclasses.replace(NEAR_THINGS[name], pins=[pin], sensors=sensors, drive=AHEAD)
@@ -344,8 +346,7 @@ def test_clipped_boxes_are_not_believed_in_range() -> None:
     """Without LiDAR: under 0.32 m from the lens the naive range stays at 0.32 m, whatever the pin's is."""
     pin = (1.6, 0.02)
     world = World(pins=[pin], drive=TO_THE_PIN, sensors=Sensors(seed=1, dropouts=99.0, miss_probability=0.0))
-    for tick in world.run(TargetTracker(CONFIG), 12.0):
-        pass
+    tick = world.last_tick(12.0)
     assert tick.track is not None
     assert tick.frame is not None
     assert tick.frame.detections[0].clipped
@@ -401,8 +402,7 @@ def test_the_lidar_keeps_its_position_good_close_by_while_odometry_drifts() -> N
         believed=drive.as_odometry_sees_it(1.05, 1.25, 0.05),
         sensors=Sensors(seed=4),
     )
-    for tick in world.run(TargetTracker(CONFIG), 7.0):
-        pass
+    tick = world.last_tick(7.0)
     assert relative_error_m(world, tick, pin) < 0.02
 
 
@@ -509,7 +509,7 @@ def test_it_does_not_swing_between_two_pins_while_driving_past_both() -> None:
     for tick in world.run(TargetTracker(CONFIG), 9.0):
         if tick.track is not None and tick.track.confirmed:
             chosen.append(tick.track.y_m > 0.0)
-    assert sum(a != b for a, b in zip(chosen, chosen[1:])) == 0
+    assert sum(a != b for a, b in pairwise(chosen)) == 0
 
 
 def test_when_the_chosen_pin_is_lost_the_other_is_taken() -> None:
@@ -682,8 +682,8 @@ def monte_carlo(lidar: bool, runs: int) -> tuple[list[float], list[float]]:
 @pytest.mark.parametrize("lidar", [True, False])
 def test_it_knows_how_wrong_it_is(lidar: bool) -> None:
     """NEES of a position in the plane is 2 on average for an exact filter; less is careful, more is over-confident."""
-    squares, finals = monte_carlo(lidar, runs=16)
-    assert len(squares) > 70
+    squares, finals = monte_carlo(lidar, runs=12)
+    assert len(squares) > 55
     assert 0.2 < np.mean(squares) < 3.5
     assert np.mean(np.array(squares) > 13.8) < 0.05
     assert np.quantile(finals, 0.95) < (0.03 if lidar else 0.15)

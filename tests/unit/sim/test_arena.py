@@ -287,3 +287,10 @@ def test_a_file_goes_before_an_arena_of_the_same_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("open_floor").write_text(HEAD + "name: mine\n")
     assert load_arena("open_floor").name == "mine"
+
+
+def test_the_example_of_the_documentation_is_an_arena(tmp_path):
+    page = (Path(__file__).parents[3] / "docs" / "simulator.md").read_text()
+    arena = load(tmp_path, page.split("```yaml\n")[1].split("```")[0])
+    assert arena.name == "pin_behind_boxes"
+    assert len(arena.obstacles) == 3

@@ -21,7 +21,7 @@ from target_nav.utils.distance import project
 CONFIG = Config()
 CAMERA = CONFIG.camera
 QUIET = CONFIG.override({"camera.noise_scale": 0.0})
-FAR = Bounds(-6.0, -6.0, 6.0, 6.0)
+FAR = Bounds(-4.0, -4.0, 4.0, 4.0)
 START = Pose2D(-3.0, 0.0, 0.0)
 
 
@@ -136,6 +136,19 @@ def test_what_is_farther_does_not(obstacle: BoxObstacle | CircleObstacle | WallO
     rows = range(235, 250)
     alone = draw(arena(target=pin)).astype(int)
     assert np.abs(behind[rows, column] - alone[rows, column]).max() <= 3
+
+
+@pytest.mark.parametrize(
+    "hidden",
+    [CircleObstacle(0.5, 0.0, 0.1), BoxObstacle(0.5, 0.0, 0.2, 0.2, 0.4), WallObstacle(0.5, -0.1, 0.6, 0.1)],
+)
+@pytest.mark.parametrize("hides", [CircleObstacle(-1.0, 0.0, 0.3), BoxObstacle(-1.0, 0.0, 0.2, 0.8, 0.3)])
+def test_obstacles_hide_each_other_whatever_is_drawn_first(
+    hides: CircleObstacle | BoxObstacle, hidden: CircleObstacle | BoxObstacle | WallObstacle
+) -> None:
+    """Of two equally high things the farther one reaches neither as high nor as low in the picture."""
+    alone, both = draw(arena(obstacles=(hides,))), draw(arena(obstacles=(hides, hidden)))
+    assert np.array_equal(alone, both)
 
 
 def test_turning_left_moves_things_to_the_right() -> None:

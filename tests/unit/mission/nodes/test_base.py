@@ -21,7 +21,7 @@ class Forgetful(py_trees.behaviour.Behaviour):
 
 def test_every_built_in_says_what_it_does_and_what_its_ports_are_for() -> None:
     for node in BUILT_INS:
-        assert node.__doc__ and node.__doc__.strip()
+        assert (node.__doc__ or "").strip()
         assert all(port.description for port in node.INPUT_PORTS.values())
         assert set(node.PORT_LIMITS) <= set(node.INPUT_PORTS)
 
@@ -53,7 +53,9 @@ def test_a_mission_can_be_a_part_of_a_py_trees_tree(trace: MakeTrace) -> None:
     selector = py_trees.composites.Selector("foreign", memory=False, children=[guard, tree.root])
 
     selector.tick_once()
-    assert selector.tip() is not None and selector.tip().name == "B"
+    tip = selector.tip()
+    assert tip is not None
+    assert tip.name == "B"
     assert tree.root.status is Status.RUNNING
     selector.tick_once()
     assert tree.root.status is Status.INVALID
@@ -62,7 +64,9 @@ def test_a_mission_can_be_a_part_of_a_py_trees_tree(trace: MakeTrace) -> None:
 
 def test_a_py_trees_tree_can_be_a_part_of_a_mission() -> None:
     inner = py_trees.composites.Selector(
-        "foreign", memory=False, children=[py_trees.behaviours.Failure("no"), py_trees.behaviours.Running("yes")]
+        "foreign",
+        memory=False,
+        children=[py_trees.behaviours.Failure("no"), py_trees.behaviours.Running("yes")],
     )
     root = Sequence("root", [AlwaysSuccess("first"), inner])
     assert names(list(root.tick())) == ["first", "no", "yes", "foreign", "root"]

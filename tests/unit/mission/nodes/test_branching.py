@@ -33,9 +33,9 @@ def test_if_waits_for_a_running_condition(trace: MakeTrace) -> None:
 
 def test_a_halted_if_asks_again(trace: MakeTrace) -> None:
     tree = trace("<IfThenElse><A/><B/><C/></IfThenElse>", A="SF", B="R", C="R")
-    assert tree.tick() == "R A>S B>R".split()
+    assert tree.tick() == ["R", "A>S", "B>R"]
     assert tree.halt() == ["B!"]
-    assert tree.tick() == "R A>F C>R".split()
+    assert tree.tick() == ["R", "A>F", "C>R"]
 
 
 def test_while_asks_in_every_tick_and_halts_the_other_branch_first(trace: MakeTrace) -> None:
@@ -49,11 +49,15 @@ def test_while_asks_in_every_tick_and_halts_the_other_branch_first(trace: MakeTr
 
 
 def test_while_without_else_halts_its_branch_and_fails(trace: MakeTrace) -> None:
-    assert trace("<WhileDoElse><A/><B/></WhileDoElse>", A="SF", B="R").ticks(2) == spaced("R A>S B>R", "F A>F B!")
+    assert trace("<WhileDoElse><A/><B/></WhileDoElse>", A="SF", B="R").ticks(2) == spaced(
+        "R A>S B>R", "F A>F B!"
+    )
 
 
 def test_while_ends_with_its_branch(trace: MakeTrace) -> None:
-    assert trace("<WhileDoElse><A/><B/></WhileDoElse>", A="S", B="RS").ticks(2) == spaced("R A>S B>R", "S A>S B:S")
+    assert trace("<WhileDoElse><A/><B/></WhileDoElse>", A="S", B="RS").ticks(2) == spaced(
+        "R A>S B>R", "S A>S B:S"
+    )
 
 
 def test_a_branch_is_left_running_while_the_condition_itself_runs(trace: MakeTrace) -> None:

@@ -42,20 +42,22 @@ def test_it_ends_as_soon_as_enough_succeed_even_before_the_last_children_are_tic
 
 def test_it_fails_when_too_few_are_left_to_succeed(trace: MakeTrace) -> None:
     tree = trace('<Parallel success_count="2" failure_count="3"><A/><B/><C/></Parallel>', A="F", B="F", C="R")
-    assert tree.tick() == "F A>F B>F".split()
+    assert tree.tick() == ["F", "A>F", "B>F"]
 
 
 def test_negative_counts_are_from_the_end(trace: MakeTrace) -> None:
     # -2 of three children: two of them
-    tree = trace('<Parallel success_count="-2" failure_count="-1"><A/><B/><C/></Parallel>', A="F", B="S", C="S")
-    assert tree.tick() == "S A>F B>S C>S".split()
+    tree = trace(
+        '<Parallel success_count="-2" failure_count="-1"><A/><B/><C/></Parallel>', A="F", B="S", C="S"
+    )
+    assert tree.tick() == ["S", "A>F", "B>S", "C>S"]
 
 
 def test_halting_halts_the_running_children_in_order_and_forgets_the_finished_ones(trace: MakeTrace) -> None:
     tree = trace("<Parallel><A/><B/><C/></Parallel>", A="R", B="S", C="R")
-    assert tree.tick() == "R A>R B>S C>R".split()
+    assert tree.tick() == ["R", "A>R", "B>S", "C>R"]
     assert tree.halt() == ["A!", "C!"]
-    assert tree.tick() == "R A>R B>S C>R".split()
+    assert tree.tick() == ["R", "A>R", "B>S", "C>R"]
 
 
 def test_counts_from_the_blackboard_are_checked_when_they_are_read(tmp_path: Path) -> None:

@@ -22,7 +22,9 @@ def test_a_running_child_halts_the_one_that_ran_after_it(trace: MakeTrace) -> No
         "R A>S B>R C!",
         "R A>S B:S C>R",
     )
-    assert trace("<ReactiveSequence><A/><B/><C/></ReactiveSequence>", A="S", B="SRS", C="R").ticks(3) == expected
+    assert (
+        trace("<ReactiveSequence><A/><B/><C/></ReactiveSequence>", A="S", B="SRS", C="R").ticks(3) == expected
+    )
 
 
 def test_the_new_child_begins_before_the_old_one_is_halted(trace: MakeTrace) -> None:
@@ -44,5 +46,7 @@ def test_reactive_fallback_halts_when_a_child_before_succeeds(trace: MakeTrace) 
 
 
 def test_halting_reaches_the_running_leaf_of_a_nested_node(trace: MakeTrace) -> None:
-    tree = trace("<ReactiveSequence><A/><Sequence><B/><C/></Sequence></ReactiveSequence>", A="SF", B="S", C="R")
+    tree = trace(
+        "<ReactiveSequence><A/><Sequence><B/><C/></Sequence></ReactiveSequence>", A="SF", B="S", C="R"
+    )
     assert tree.ticks(2) == spaced("R A>S B>S C>R", "F A>F C!")

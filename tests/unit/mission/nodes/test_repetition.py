@@ -14,7 +14,9 @@ from tests.unit.mission.scripted import document, scripted_leaves, spaced
 
 
 def test_repeat_begins_a_child_that_ends_at_once_only_once_a_tick(trace: MakeTrace) -> None:
-    assert trace('<Repeat num_cycles="3"><A/></Repeat>', A="S").ticks(4) == spaced("R A>S", "R A>S", "S A>S", "R A>S")
+    assert trace('<Repeat num_cycles="3"><A/></Repeat>', A="S").ticks(4) == spaced(
+        "R A>S", "R A>S", "S A>S", "R A>S"
+    )
 
 
 def test_repeat_goes_on_in_the_same_tick_after_a_child_that_took_longer(trace: MakeTrace) -> None:
@@ -33,7 +35,7 @@ def test_repeat_fails_at_the_first_failure_and_counts_anew(trace: MakeTrace) -> 
 
 def test_a_halt_makes_repeat_count_anew(trace: MakeTrace) -> None:
     tree = trace('<Repeat num_cycles="2"><A/></Repeat>', A="S")
-    assert tree.tick() == "R A>S".split()
+    assert tree.tick() == ["R", "A>S"]
     assert tree.halt() == []
     assert tree.ticks(2) == spaced("R A>S", "S A>S")
 
@@ -80,10 +82,19 @@ def test_the_count_is_read_from_the_blackboard_in_every_tick(tmp_path: Path) -> 
         root.tick_once()
         return root.status.name
 
-    assert [tick_with(3), tick_with(2), tick_with("2"), tick_with("2")] == ["RUNNING", "SUCCESS", "RUNNING", "SUCCESS"]
-    with pytest.raises(MissionError, match=r"mission.xml:1:\d+: error: Repeat: num_cycles read 'many' from /laps"):
+    assert [tick_with(3), tick_with(2), tick_with("2"), tick_with("2")] == [
+        "RUNNING",
+        "SUCCESS",
+        "RUNNING",
+        "SUCCESS",
+    ]
+    with pytest.raises(
+        MissionError, match=r"mission.xml:1:\d+: error: Repeat: num_cycles read 'many' from /laps"
+    ):
         tick_with("many")
-    with pytest.raises(MissionError, match="num_cycles read -7 from /laps; it must lie in -1 ... 2147483647"):
+    with pytest.raises(
+        MissionError, match=r"num_cycles read -7 from /laps; it must lie in -1 ... 2147483647"
+    ):
         tick_with(-7)
     Blackboard.unset("/laps")
     with pytest.raises(MissionError, match="num_cycles reads /laps, which nobody has written yet"):

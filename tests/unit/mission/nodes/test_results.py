@@ -41,7 +41,9 @@ def test_run_once_is_skipped_after_its_first_result(trace: MakeTrace) -> None:
 
 
 def test_run_once_can_repeat_its_first_result(trace: MakeTrace) -> None:
-    assert trace('<RunOnce then_skip="false"><A/></RunOnce>', A="RF").ticks(3) == spaced("R A>R", "F A:F", "F")
+    assert trace('<RunOnce then_skip="false"><A/></RunOnce>', A="RF").ticks(3) == spaced(
+        "R A>R", "F A:F", "F"
+    )
 
 
 def test_run_once_that_was_halted_before_its_result_runs_again(trace: MakeTrace) -> None:
