@@ -19,7 +19,9 @@ class SetTarget(MissionLeaf):
     INPUT_PORTS = {
         "class": text("the detector's label", required=True),
         "height_m": PortInformation(float, required=True, description="scales the distance from the camera"),
-        "width_m": PortInformation(float, required=True, description="checks shapes, and is twice the radius"),
+        "width_m": PortInformation(
+            float, required=True, description="checks shapes, and is twice the radius"
+        ),
     }
     OUTPUT_PORTS = {}
     PORT_LIMITS = {"height_m": (0.01, 5.0), "width_m": (0.01, 5.0)}
@@ -60,8 +62,20 @@ class InputsFresh(MissionLeaf):
         loop = self.config().loop
         checks = (
             ("scan", keys.SCAN_AGE_S, "scan_max_age_s", loop.scan_max_age_s, "is the LiDAR running?"),
-            ("odometry", keys.ODOM_AGE_S, "odom_max_age_s", loop.odom_max_age_s, "are arduino and odometry running?"),
-            ("camera", keys.CAMERA_AGE_S, "camera_max_age_s", loop.camera_max_age_s, "are detector and camera running?"),
+            (
+                "odometry",
+                keys.ODOM_AGE_S,
+                "odom_max_age_s",
+                loop.odom_max_age_s,
+                "are arduino and odometry running?",
+            ),
+            (
+                "camera",
+                keys.CAMERA_AGE_S,
+                "camera_max_age_s",
+                loop.camera_max_age_s,
+                "are detector and camera running?",
+            ),
         )
         stale = []
         for what, key, port, configured_s, question in checks:

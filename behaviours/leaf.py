@@ -1,8 +1,8 @@
 """What every leaf of a mission is made of: ports for the mission's author, keys for the robot's world.
 
 A *port* is an attribute in the mission file (`<TurnSearch time_limit_s="30"/>`), declared in `INPUT_PORTS` and
-`OUTPUT_PORTS`. A *key* is an entry of the blackboard's table (`target_nav.state.keys`), declared in `READS` and `WRITES`.
-Leaves never publish, never block and never read a clock.
+`OUTPUT_PORTS`. A *key* is an entry of the blackboard's table (`target_nav.state.keys`), declared in `READS` and
+`WRITES`. Leaves never publish, never block and never read a clock.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ from py_trees.common import Status
 from behaviours.leaf import MissionLeaf, Ports, number, text
 from target_nav.nav.skill import Skill, SkillStatus, View
 from target_nav.state import keys
+from target_nav.state.keys import Key
 from target_nav.state.types import MotionRequest, NavState
 
 STATUS_OF = {
@@ -30,7 +31,7 @@ class MotionLeaf(MissionLeaf):
         keys.NOW_S, keys.DT_S, keys.POSE, keys.TWIST, keys.TRACK, keys.OBSTACLES, keys.DETECTIONS, keys.SPEC,
         keys.CONFIG,
     )  # fmt: skip
-    WRITES = (keys.REQUEST,)
+    WRITES: ClassVar[tuple[Key, ...]] = (keys.REQUEST,)
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -82,4 +83,14 @@ SPEED_MPS = (0.02, 5.0)
 DISTANCE_M = (0.0, 50.0)
 TIME_S = (0.1, 3600.0)
 
-__all__ = ["DISTANCE_M", "REASON_PORT", "SPEED_MPS", "STATUS_OF", "TIME_S", "MotionLeaf", "Ports", "limits", "number"]
+__all__ = [
+    "DISTANCE_M",
+    "REASON_PORT",
+    "SPEED_MPS",
+    "STATUS_OF",
+    "TIME_S",
+    "MotionLeaf",
+    "Ports",
+    "limits",
+    "number",
+]

@@ -34,7 +34,9 @@ def switch(default: bool, doc: str) -> Any:
 class RobotConfig:
     """The body and what the drivetrain can do. base_link is on the floor, midway between the wheels."""
 
-    drive: str = choice("mecanum", ("mecanum", "differential"), "kind of drivetrain; differential cannot strafe")
+    drive: str = choice(
+        "mecanum", ("mecanum", "differential"), "kind of drivetrain; differential cannot strafe"
+    )
     front_m: float = quantity(0.15, "m", 0.02, 2.0, "base_link to the front edge")
     rear_m: float = quantity(0.15, "m", 0.02, 2.0, "base_link to the rear edge")
     half_width_m: float = quantity(0.14, "m", 0.02, 2.0, "base_link to either side")
@@ -45,7 +47,9 @@ class RobotConfig:
     max_decel_mps2: float = quantity(1.2, "m/s^2", 0.05, 20.0, "limit of linear braking")
     max_yaw_accel_radps2: float = quantity(3.0, "rad/s^2", 0.1, 50.0, "limit of turning acceleration")
     min_speed_mps: float = quantity(0.03, "m/s", 0.0, 0.5, "below this the motors do not turn: dead-band")
-    min_yaw_rate_radps: float = quantity(0.12, "rad/s", 0.0, 1.0, "below this the base does not turn: dead-band")
+    min_yaw_rate_radps: float = quantity(
+        0.12, "rad/s", 0.0, 1.0, "below this the base does not turn: dead-band"
+    )
 
     @property
     def circumscribed_radius_m(self) -> float:
@@ -84,11 +88,17 @@ class CameraConfig:
     rate_hz: float = quantity(10.0, "Hz", 0.5, 120.0, "detections a second (reference: about 10)")
     latency_s: float = quantity(0.10, "s", 0.0, 2.0, "simulator: exposure to detection")
     noise_scale: float = quantity(1.0, "1", 0.0, 10.0, "simulator: factor on box jitter")
-    box_jitter: float = quantity(0.03, "1", 0.0, 0.5, "simulator: sigma of a box edge, of its height (measured 2-5 %)")
+    box_jitter: float = quantity(
+        0.03, "1", 0.0, 0.5, "simulator: sigma of a box edge, of its height (measured 2-5 %)"
+    )
     miss_probability: float = quantity(0.06, "1", 0.0, 1.0, "simulator: a visible target is missed")
     false_rate: float = quantity(0.02, "1/frame", 0.0, 1.0, "simulator: false boxes a frame")
-    mount_error_rad: float = quantity(0.008, "rad", -0.2, 0.2, "simulator: constant bearing error (measured <= 0.8 deg)")
-    max_range_m: float = quantity(4.0, "m", 0.2, 50.0, "simulator: beyond it the target is too small to be found")
+    mount_error_rad: float = quantity(
+        0.008, "rad", -0.2, 0.2, "simulator: constant bearing error (measured <= 0.8 deg)"
+    )
+    max_range_m: float = quantity(
+        4.0, "m", 0.2, 50.0, "simulator: beyond it the target is too small to be found"
+    )
 
     @property
     def half_fov_rad(self) -> float:
@@ -101,8 +111,12 @@ class DriveSimConfig:
 
     lag_s: float = quantity(0.08, "s", 0.0, 2.0, "first-order lag of wheel speed")
     deadband_mps: float = quantity(0.02, "m/s", 0.0, 0.5, "wheel speed below which a motor stands")
-    forward_scale_error: float = quantity(0.02, "1", 0.0, 0.5, "odometry's forward scale is off by up to this")
-    lateral_over_report: float = quantity(0.08, "1", 0.0, 0.5, "odometry reports this much more than it strafes")
+    forward_scale_error: float = quantity(
+        0.02, "1", 0.0, 0.5, "odometry's forward scale is off by up to this"
+    )
+    lateral_over_report: float = quantity(
+        0.08, "1", 0.0, 0.5, "odometry reports this much more than it strafes"
+    )
     heading_drift_rad_per_m: float = quantity(0.008, "rad/m", 0.0, 0.2, "0.3 to 0.6 degrees a metre")
     slip_rate_per_m: float = quantity(0.05, "1/m", 0.0, 5.0, "slip events a metre")
     slip_heading_rad: float = quantity(0.02, "rad", 0.0, 0.5, "sigma of heading lost in one slip")
@@ -114,7 +128,9 @@ class LoopConfig:
     """The nav process's loop and how old its inputs may be before the wheels stop."""
 
     rate_hz: float = quantity(20.0, "Hz", 1.0, 200.0, "ticks a second (reference)")
-    scan_max_age_s: float = quantity(0.8, "s", 0.05, 10.0, "measured: one turn 0.18 s, a lost one up to 0.7 s")
+    scan_max_age_s: float = quantity(
+        0.8, "s", 0.05, 10.0, "measured: one turn 0.18 s, a lost one up to 0.7 s"
+    )
     odom_max_age_s: float = quantity(0.3, "s", 0.05, 10.0, "odometry comes at 20 Hz")
     camera_max_age_s: float = quantity(1.0, "s", 0.05, 10.0, "detections come at about 10 Hz")
 
@@ -127,11 +143,21 @@ class TrackConfig:
     process_noise_mps2: float = quantity(0.05, "m/s^2", 0.0, 5.0, "how much a target may move by itself")
     lidar_range_gate_m: float = quantity(0.25, "m", 0.02, 2.0, "LiDAR cluster to track, at most")
     max_range_m: float = quantity(8.0, "m", 0.5, 50.0, "detections beyond are ignored")
-    camera_scale_sigma: float = quantity(0.03, "1", 0.0, 0.5, "constant range error of the camera (measured 4.4 % at most)")
-    camera_yaw_sigma_rad: float = quantity(0.008, "rad", 0.0, 0.2, "constant bearing error (measured <= 0.8 deg)")
-    drift_sigma: float = quantity(0.03, "m/sqrt(m)", 0.0, 0.5, "odometry: position, growing with the way driven")
-    drift_yaw_sigma_rad: float = quantity(0.012, "rad/sqrt(m)", 0.0, 0.5, "odometry: heading (measured 0.3-0.6 deg/m)")
-    switch_margin_m: float = quantity(0.3, "m", 0.0, 5.0, "another target must be so much nearer to be preferred")
+    camera_scale_sigma: float = quantity(
+        0.03, "1", 0.0, 0.5, "constant range error of the camera (measured 4.4 % at most)"
+    )
+    camera_yaw_sigma_rad: float = quantity(
+        0.008, "rad", 0.0, 0.2, "constant bearing error (measured <= 0.8 deg)"
+    )
+    drift_sigma: float = quantity(
+        0.03, "m/sqrt(m)", 0.0, 0.5, "odometry: position, growing with the way driven"
+    )
+    drift_yaw_sigma_rad: float = quantity(
+        0.012, "rad/sqrt(m)", 0.0, 0.5, "odometry: heading (measured 0.3-0.6 deg/m)"
+    )
+    switch_margin_m: float = quantity(
+        0.3, "m", 0.0, 5.0, "another target must be so much nearer to be preferred"
+    )
     switch_after_s: float = quantity(1.0, "s", 0.0, 30.0, "and for so long")
 
 
@@ -140,11 +166,15 @@ class AvoidConfig:
     """VFH: the vector field histogram and the speed that clearance allows."""
 
     sectors: int = quantity(72, "1", 16, 720, "sectors of the polar histogram (5 degrees)")
-    margin_m: float = quantity(0.05, "m", 0.0, 0.5, "kept free round the body (reference: half width 0.18 m in all)")
+    margin_m: float = quantity(
+        0.05, "m", 0.0, 0.5, "kept free round the body (reference: half width 0.18 m in all)"
+    )
     look_ahead_m: float = quantity(1.2, "m", 0.2, 5.0, "obstacles farther off do not count")
     stop_clearance_m: float = quantity(0.03, "m", 0.0, 1.0, "body to obstacle: stop")
     slow_clearance_m: float = quantity(0.35, "m", 0.01, 2.0, "body to obstacle: start to slow down")
-    memory_radius_m: float = quantity(4.0, "m", 0.5, 10.0, "obstacles are remembered out to here, for planning and search")
+    memory_radius_m: float = quantity(
+        4.0, "m", 0.5, 10.0, "obstacles are remembered out to here, for planning and search"
+    )
     memory_s: float = quantity(3.0, "s", 0.0, 60.0, "how long an obstacle that is out of sight is remembered")
     cost_target: float = quantity(5.0, "1", 0.0, 100.0, "VFH+ weight: away from the target")
     cost_heading: float = quantity(2.0, "1", 0.0, 100.0, "VFH+ weight: away from the present motion")
@@ -156,7 +186,9 @@ class ApproachConfig:
     cruise_speed_mps: float = quantity(0.15, "m/s", 0.02, 2.0, "reference; missions may ask for more")
     blind_speed_mps: float = quantity(0.10, "m/s", 0.01, 1.0, "reference")
     slow_from_m: float = quantity(0.50, "m", 0.0, 5.0, "slow down from here (reference)")
-    blind_from_m: float = quantity(0.80, "m", 0.1, 5.0, "base_link to target: blind approach begins (reference)")
+    blind_from_m: float = quantity(
+        0.80, "m", 0.1, 5.0, "base_link to target: blind approach begins (reference)"
+    )
     blind_timeout_s: float = quantity(15.0, "s", 0.5, 120.0, "blind approach gives up")
     stand_off_m: float = quantity(0.10, "m", 0.0, 2.0, "front edge to the target's surface when arrived")
 
@@ -182,14 +214,20 @@ class ArrivalConfig:
 @dataclass(frozen=True)
 class DetectorConfig:
     score_min: float = quantity(0.5, "1", 0.0, 1.0, "first layer: score")
-    aspect_tolerance: float = quantity(0.45, "1", 0.05, 2.0, "second layer: |ln(measured / expected width:height)|")
+    aspect_tolerance: float = quantity(
+        0.45, "1", 0.05, 2.0, "second layer: |ln(measured / expected width:height)|"
+    )
     confirm_frames: int = quantity(3, "1", 1, 30, "third layer: frames before an object counts")
     coast_frames: int = quantity(5, "1", 0, 60, "frames an object survives unseen")
     border_px: float = quantity(3.0, "px", 0.0, 50.0, "a box this near to the border is clipped")
-    range_sigma: float = quantity(0.040, "1", 0.001, 0.5, "sigma of a range, of the range (measured 3.4-4.3 %)")
+    range_sigma: float = quantity(
+        0.040, "1", 0.001, 0.5, "sigma of a range, of the range (measured 3.4-4.3 %)"
+    )
     edge_sigma_px: float = quantity(0.35, "px", 0.0, 20.0, "sigma of a box's height in pixels, on top of it")
     bearing_sigma_rad: float = quantity(0.0096, "rad", 0.0, 0.2, "sigma of a bearing (measured 0.4-0.7 deg)")
-    mount_sigma_rad: float = quantity(0.008, "rad", 0.0, 0.2, "what calibration leaves of the mount's yaw error")
+    mount_sigma_rad: float = quantity(
+        0.008, "rad", 0.0, 0.2, "what calibration leaves of the mount's yaw error"
+    )
 
 
 @dataclass(frozen=True)
@@ -205,7 +243,9 @@ class OdometryConfig:
     """Calibration of the wheels' odometry: what one reported unit is worth."""
 
     forward_scale: float = quantity(1.0, "1", 0.5, 2.0, "true way over reported way, forward")
-    lateral_scale: float = quantity(1.0, "1", 0.5, 2.0, "the same sideways; a mecanum base over-reports by 5-10 %")
+    lateral_scale: float = quantity(
+        1.0, "1", 0.5, 2.0, "the same sideways; a mecanum base over-reports by 5-10 %"
+    )
     yaw_scale: float = quantity(1.0, "1", 0.5, 2.0, "the same for turning")
     max_gap_s: float = quantity(0.25, "s", 0.05, 5.0, "of a longer silence only so much is integrated")
 
@@ -254,7 +294,9 @@ class Config:
             current = getattr(self, section)
             spec = next(f for f in dataclasses.fields(current) if f.name == name)
             try:
-                sections.setdefault(section, {})[name] = _checked(key, value, getattr(current, name), spec.metadata)
+                sections.setdefault(section, {})[name] = _checked(
+                    key, value, getattr(current, name), spec.metadata
+                )
             except ConfigError as error:
                 problems.append(f"{source}: {error}")
         if problems:
@@ -285,7 +327,9 @@ def _checked(key: str, value: object, current: object, metadata: Mapping[str, An
         raise ConfigError(f"{key} is {value!r}; it must be a finite number in {metadata['unit']}")
     low, high, unit = metadata["low"], metadata["high"], metadata["unit"]
     if not low <= value <= high:
-        raise ConfigError(f"{key} is {value:g} {unit}; it must lie in {low:g} ... {high:g} {unit} ({metadata['doc']})")
+        raise ConfigError(
+            f"{key} is {value:g} {unit}; it must lie in {low:g} ... {high:g} {unit} ({metadata['doc']})"
+        )
     if isinstance(current, int):
         if value != int(value):
             raise ConfigError(f"{key} is {value!r}; it must be a whole number")

@@ -65,7 +65,12 @@ def _wheels(config: Config) -> Iterator[Finding]:
         except importlib.metadata.PackageNotFoundError:
             missing.append(name)
     if missing:
-        yield Finding("packages", Verdict.PROBLEM, f"missing: {', '.join(missing)}", "run scripts/start.sh, or pip install .")
+        yield Finding(
+            "packages",
+            Verdict.PROBLEM,
+            f"missing: {', '.join(missing)}",
+            "run scripts/start.sh, or pip install .",
+        )
     else:
         yield Finding("packages", Verdict.OK, ", ".join(found))
 
@@ -74,13 +79,18 @@ def _ros(config: Config) -> Iterator[Finding]:
     for module, need in (
         ("rclpy", "pip install '.[ros]', or source /opt/ros/jazzy/setup.bash"),
         ("tf2_msgs.msg", "scripts/start.sh builds it; on a robot: apt install ros-jazzy-tf2-msgs"),
-        ("py_trees_ros_interfaces.srv", "scripts/start.sh builds it; on a robot: apt install ros-jazzy-py-trees-ros-interfaces"),
+        (
+            "py_trees_ros_interfaces.srv",
+            "scripts/start.sh builds it; on a robot: apt install ros-jazzy-py-trees-ros-interfaces",
+        ),
     ):
         name = module.split(".")[0]
         try:
             importlib.import_module(module)
         except ImportError as error:
-            yield Finding(f"ROS: {name}", Verdict.PROBLEM, str(error), f"{need}; virtual time works without it")
+            yield Finding(
+                f"ROS: {name}", Verdict.PROBLEM, str(error), f"{need}; virtual time works without it"
+            )
         else:
             domain = f", domain {os.environ.get('ROS_DOMAIN_ID', '0')}" if name == "rclpy" else ""
             yield Finding(f"ROS: {name}", Verdict.OK, f"imports{domain}")
@@ -93,7 +103,9 @@ def _shared_memory(config: Config) -> Iterator[Finding]:
         return
     free_mb = shutil.disk_usage(folder).free // 2**20
     if free_mb < SHM_NEEDED_MB:
-        advice = f"the channels take up to {SHM_NEEDED_MB} MB: free some, or give the container more (--shm-size)"
+        advice = (
+            f"the channels take up to {SHM_NEEDED_MB} MB: free some, or give the container more (--shm-size)"
+        )
         yield Finding("shared memory", Verdict.PROBLEM, f"{free_mb} MB free", advice)
     else:
         yield Finding("shared memory", Verdict.OK, f"{free_mb} MB free in {folder}")
@@ -101,9 +113,13 @@ def _shared_memory(config: Config) -> Iterator[Finding]:
     alive = [c for c in used if c.alive]
     if alive:
         who = ", ".join(f"{c.name} (pid {c.writer_pid})" for c in alive)
-        yield Finding("channels", Verdict.NOTE, f"in use: {who}", "another instance runs: stop it, or use --prefix")
+        yield Finding(
+            "channels", Verdict.NOTE, f"in use: {who}", "another instance runs: stop it, or use --prefix"
+        )
     else:
-        yield Finding("channels", Verdict.OK, f"prefix {config.ipc.prefix!r}: {len(used)} left over, none in use")
+        yield Finding(
+            "channels", Verdict.OK, f"prefix {config.ipc.prefix!r}: {len(used)} left over, none in use"
+        )
 
 
 def _serial(config: Config) -> Iterator[Finding]:
@@ -112,10 +128,17 @@ def _serial(config: Config) -> Iterator[Finding]:
     port = Path(config.serial.port)
     others = ", ".join(sorted(p.device for p in list_ports.comports())) or "none"
     if not port.exists():
-        advice = f"needed on the robot only; connect the Arduino, or set serial.port (serial ports here: {others})"
+        advice = (
+            f"needed on the robot only; connect the Arduino, or set serial.port (serial ports here: {others})"
+        )
         yield Finding("serial port", Verdict.NOTE, f"{port} is not there", advice)
     elif not os.access(port, os.R_OK | os.W_OK):
-        yield Finding("serial port", Verdict.PROBLEM, f"{port}: no permission", "sudo usermod -aG dialout $USER, then log in again")
+        yield Finding(
+            "serial port",
+            Verdict.PROBLEM,
+            f"{port}: no permission",
+            "sudo usermod -aG dialout $USER, then log in again",
+        )
     else:
         yield Finding("serial port", Verdict.OK, str(port))
 
@@ -123,9 +146,16 @@ def _serial(config: Config) -> Iterator[Finding]:
 def _camera(config: Config) -> Iterator[Finding]:
     devices = sorted(str(p) for p in Path("/dev").glob("video*"))
     if not devices:
-        yield Finding("camera", Verdict.NOTE, "no /dev/video*", "needed on the robot only; connect the USB camera")
+        yield Finding(
+            "camera", Verdict.NOTE, "no /dev/video*", "needed on the robot only; connect the USB camera"
+        )
     elif not os.access(devices[0], os.R_OK | os.W_OK):
-        yield Finding("camera", Verdict.PROBLEM, f"{devices[0]}: no permission", "sudo usermod -aG video $USER, then log in again")
+        yield Finding(
+            "camera",
+            Verdict.PROBLEM,
+            f"{devices[0]}: no permission",
+            "sudo usermod -aG video $USER, then log in again",
+        )
     else:
         yield Finding("camera", Verdict.OK, ", ".join(devices))
 
@@ -140,7 +170,9 @@ def _clocks(config: Config) -> Iterator[Finding]:
     worst_ms = 1e3 * max(lateness)
     text = f"a sleep ends {1e3 * sorted(lateness)[SLEEP_SAMPLES // 2]:.2f} ms late (median), {worst_ms:.2f} ms at worst"
     if max(lateness) > LATE_S:
-        yield Finding("clocks", Verdict.NOTE, text, "the machine is busy: 20 Hz will hold, its jitter will not be small")
+        yield Finding(
+            "clocks", Verdict.NOTE, text, "the machine is busy: 20 Hz will hold, its jitter will not be small"
+        )
     else:
         yield Finding("clocks", Verdict.OK, text)
 
@@ -150,7 +182,12 @@ def _cores(config: Config) -> Iterator[Finding]:
     if cores >= 4:
         yield Finding("cores", Verdict.OK, f"{cores}: each process gets its own")
     else:
-        yield Finding("cores", Verdict.NOTE, f"{cores}", "processes are pinned from 4 cores on; here the kernel places them")
+        yield Finding(
+            "cores",
+            Verdict.NOTE,
+            f"{cores}",
+            "processes are pinned from 4 cores on; here the kernel places them",
+        )
 
 
 def _mission(config: Config) -> Iterator[Finding]:
@@ -160,6 +197,8 @@ def _mission(config: Config) -> Iterator[Finding]:
     try:
         load_mission(path)
     except TargetNavError as error:
-        yield Finding("reference mission", Verdict.PROBLEM, str(error).splitlines()[0], f"target-nav check {path}")
+        yield Finding(
+            "reference mission", Verdict.PROBLEM, str(error).splitlines()[0], f"target-nav check {path}"
+        )
     else:
         yield Finding("reference mission", Verdict.OK, str(path))

@@ -77,7 +77,9 @@ def run_stack(order: StackOrder) -> dict[str, Any]:
     console = Console(soft_wrap=order.headless)
     view: View = LineView(console) if order.headless else make_view(console)
     watch = _Watch(arena.time_limit_s if arena is not None and not order.wait else math.inf, order.wait)
-    console.print(f"{order.mission.stem} in {order.arena_name or 'the real world'}; everything goes to {folder.path}/")
+    console.print(
+        f"{order.mission.stem} in {order.arena_name or 'the real world'}; everything goes to {folder.path}/"
+    )
     with (
         Supervisor(specs, folder.path) as supervisor,
         contextlib.closing(channels.open_reader(channels.NAV, prefix=order.prefix)) as reader,
@@ -235,7 +237,8 @@ def _conclude(order: StackOrder, arena: Arena | None, folder: RunFolder, watch: 
     finish_run(folder, arena, data, truth["path"], [(max(t, first_s), state) for t, state in watch.states])
     if nav is not None:
         click.echo(
-            f"{nav.rate_hz:.2f} Hz, lateness p99 {1e3 * nav.jitter_p99_s:.1f} ms, {nav.overruns} overruns in {nav.tick} ticks"
+            f"{nav.rate_hz:.2f} Hz, lateness p99 {1e3 * nav.jitter_p99_s:.1f} ms, "
+            f"{nav.overruns} overruns in {nav.tick} ticks"
         )
     return data
 

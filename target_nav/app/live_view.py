@@ -1,7 +1,7 @@
 """What a person sees in the terminal while the robot runs: the tree as it ticks, and the numbers beside it.
 
-The tree comes from the executor's snapshot stream over DDS, the numbers from shared memory: the view sees what any other
-observer sees. Where there is no terminal, one line a change is printed instead.
+The tree comes from the executor's snapshot stream over DDS, the numbers from shared memory: the view sees what any
+other observer sees. Where there is no terminal, one line a change is printed instead.
 """
 
 from __future__ import annotations
@@ -37,7 +37,9 @@ class ProcessLine(Protocol):
 
 
 class View(Protocol):
-    def show(self, nav: NavSnapshot | None, tree: Sequence[Any], processes: Sequence[ProcessLine]) -> None: ...
+    def show(
+        self, nav: NavSnapshot | None, tree: Sequence[Any], processes: Sequence[ProcessLine]
+    ) -> None: ...
 
     def __enter__(self) -> View: ...
 
@@ -128,15 +130,24 @@ def _numbers(nav: NavSnapshot | None) -> Table:
     pose, twist, track = nav.pose_in_odom, nav.twist_sent, nav.track
     table.add_row("state", Text(nav.state.name, style="bold"))
     table.add_row("pose", f"{pose.x_m:+.2f} m  {pose.y_m:+.2f} m  {math.degrees(pose.yaw_rad):+.0f}°")
-    table.add_row("velocity", f"{twist.vx_mps:+.2f}  {twist.vy_mps:+.2f} m/s  {math.degrees(twist.wz_radps):+.0f} °/s")
+    table.add_row(
+        "velocity", f"{twist.vx_mps:+.2f}  {twist.vy_mps:+.2f} m/s  {math.degrees(twist.wz_radps):+.0f} °/s"
+    )
     table.add_row("limited by", nav.limited_by or "-")
     if track is not None:
         sure = "" if track.confirmed else " (not confirmed)"
-        table.add_row("target", f"{track.range_m:.2f} m  {math.degrees(track.bearing_rad):+.0f}°  ±{track.sigma_m:.2f} m{sure}")
+        table.add_row(
+            "target",
+            f"{track.range_m:.2f} m  {math.degrees(track.bearing_rad):+.0f}°  ±{track.sigma_m:.2f} m{sure}",
+        )
     else:
         table.add_row("target", "-")
-    table.add_row("ages", f"scan {nav.scan_age_s:.2f}  odom {nav.odom_age_s:.2f}  camera {nav.camera_age_s:.2f} s")
-    table.add_row("loop", f"{nav.rate_hz:.2f} Hz  p99 {1e3 * nav.jitter_p99_s:.1f} ms  {nav.overruns} overruns")
+    table.add_row(
+        "ages", f"scan {nav.scan_age_s:.2f}  odom {nav.odom_age_s:.2f}  camera {nav.camera_age_s:.2f} s"
+    )
+    table.add_row(
+        "loop", f"{nav.rate_hz:.2f} Hz  p99 {1e3 * nav.jitter_p99_s:.1f} ms  {nav.overruns} overruns"
+    )
     return table
 
 
@@ -144,5 +155,10 @@ def _processes(processes: Sequence[ProcessLine]) -> Table:
     table = Table.grid(padding=(0, 2))
     for p in processes:
         state = getattr(p.state, "value", p.state)
-        table.add_row(p.name, f"pid {p.pid}" if p.pid else "-", str(state), f"{p.restarts} restarts" if p.restarts else "")
+        table.add_row(
+            p.name,
+            f"pid {p.pid}" if p.pid else "-",
+            str(state),
+            f"{p.restarts} restarts" if p.restarts else "",
+        )
     return table

@@ -269,5 +269,3 @@ def _age_s(now_s: float, value: _Stamped | None) -> float:
     if value is None or not math.isfinite(value.stamp_s):
         return math.inf
     return now_s - value.stamp_s
-
-

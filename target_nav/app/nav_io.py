@@ -1,7 +1,7 @@
 """The nav process's inputs and outputs: ROS 2 topics on one side, shared memory on the other.
 
-Messages arrive in the executor's thread and wait in stores; `read` takes them at the begin of a tick, so a tick sees one
-consistent world.
+Messages arrive in the executor's thread and wait in stores; `read` takes them at the begin of a tick, so a tick sees
+one consistent world.
 """
 
 from __future__ import annotations
@@ -136,7 +136,11 @@ class NavIo:
         if scan is None or scan is self._laser_sent:
             return
         self._laser_sent = scan
-        valid = np.isfinite(scan.ranges_m) & (scan.ranges_m >= scan.range_min_m) & (scan.ranges_m <= scan.range_max_m)
+        valid = (
+            np.isfinite(scan.ranges_m)
+            & (scan.ranges_m >= scan.range_min_m)
+            & (scan.ranges_m <= scan.range_max_m)
+        )
         index = np.flatnonzero(valid)[:LASER_POINTS]
         angles = scan.angle_min_rad + index * scan.angle_increment_rad
         points = scan.ranges_m[index, None] * np.column_stack((np.cos(angles), np.sin(angles)))

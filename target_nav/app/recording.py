@@ -1,7 +1,8 @@
 """A run on disk: what every tick saw and what it decided, as an MCAP file with JSON messages.
 
-MCAP because Foxglove and the `mcap` command open it; JSON because Python's floats survive it to the last bit, so a replay
-can be compared exactly. Encoding and compression happen in a thread of their own: a tick only hands over frozen values.
+MCAP because Foxglove and the `mcap` command open it; JSON because Python's floats survive it to the last bit, so a
+replay can be compared exactly. Encoding and compression happen in a thread of their own: a tick only hands over frozen
+values.
 """
 
 from __future__ import annotations
@@ -62,7 +63,9 @@ class RunHeader:
 def header_of(config: Config, mission: LoadedMission) -> RunHeader:
     """The header of a run: files are kept relative to the folder of the mission's main file."""
     folder = mission.path.resolve().parent
-    files = {str(file.resolve().relative_to(folder)): file.read_text(encoding="utf-8") for file in mission.files}
+    files = {
+        str(file.resolve().relative_to(folder)): file.read_text(encoding="utf-8") for file in mission.files
+    }
     return RunHeader({key: value for key, value, _ in config.items()}, mission.path.name, files)
 
 
@@ -196,7 +199,10 @@ class _InputsEncoder:
         data: dict[str, Any] = {"now_s": inputs.now_s}
         if inputs.scan is not self._scan and inputs.scan is not None:
             self._scan = inputs.scan
-            data["scan"] = {**vars(inputs.scan), "ranges_m": [_finite(r) for r in inputs.scan.ranges_m.tolist()]}
+            data["scan"] = {
+                **vars(inputs.scan),
+                "ranges_m": [_finite(r) for r in inputs.scan.ranges_m.tolist()],
+            }
         if inputs.detections is not self._detections and inputs.detections is not None:
             self._detections = inputs.detections
             data["detections"] = asdict(inputs.detections)

@@ -55,12 +55,16 @@ def draw_run(
         _draw_path(axes, np.asarray(trace, dtype=float), states)
         _draw_robot(axes, arena.config.robot, trace[0], "none")
         _draw_robot(axes, arena.config.robot, trace[-1], "#ffffff")
-    axes.set(xlim=(x0 - 0.1, x1 + 0.1), ylim=(y0 - 0.1, y1 + 0.1), aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    axes.set(
+        xlim=(x0 - 0.1, x1 + 0.1), ylim=(y0 - 0.1, y1 + 0.1), aspect="equal", xlabel="x [m]", ylabel="y [m]"
+    )
     axes.set_title(textwrap.fill(title, 76), fontsize=9)
     axes.grid(alpha=0.25, linewidth=0.5)
     used = {state for _, state in states}
     handles = [Line2D([], [], color=STATE_COLOURS[s], lw=3, label=s.name) for s in NavState if s in used]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles) or 1, fontsize=8, frameon=False)
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=len(handles) or 1, fontsize=8, frameon=False
+    )
     figure.savefig(path)
 
 
@@ -83,13 +87,17 @@ def _draw_arena(axes: Axes, arena: Arena) -> None:
                 )  # fmt: skip
     for thing in arena.decoys:
         axes.add_patch(Circle((thing.x_m, thing.y_m), thing.shape.radius_m, facecolor="#4d8c57"))
-        axes.annotate(thing.class_name, (thing.x_m, thing.y_m), (5, 5), textcoords="offset points", fontsize=7)
+        axes.annotate(
+            thing.class_name, (thing.x_m, thing.y_m), (5, 5), textcoords="offset points", fontsize=7
+        )
     if arena.target is not None:
         where = (arena.target.x_m, arena.target.y_m)
         axes.add_patch(Circle(where, arena.target.shape.radius_m, facecolor="#c1121f", zorder=5))
         axes.annotate(arena.target.class_name, where, (6, 6), textcoords="offset points", fontsize=8)
     if arena.goal is not None:
-        axes.add_patch(Circle((arena.goal.x_m, arena.goal.y_m), arena.goal.radius_m, fill=False, edgecolor="#c1121f"))
+        axes.add_patch(
+            Circle((arena.goal.x_m, arena.goal.y_m), arena.goal.radius_m, fill=False, edgecolor="#c1121f")
+        )
 
 
 def _draw_path(axes: Axes, trace: np.ndarray, states: Sequence[tuple[float, NavState]]) -> None:
@@ -99,7 +107,9 @@ def _draw_path(axes: Axes, trace: np.ndarray, states: Sequence[tuple[float, NavS
         # one sample more, so that the pieces touch
         first = int(np.searchsorted(trace[:, 0], begin_s))
         last = int(np.searchsorted(trace[:, 0], end_s)) + 1
-        axes.plot(trace[first:last, 1], trace[first:last, 2], color=STATE_COLOURS[state], linewidth=2, zorder=4)
+        axes.plot(
+            trace[first:last, 1], trace[first:last, 2], color=STATE_COLOURS[state], linewidth=2, zorder=4
+        )
 
 
 def _draw_robot(axes: Axes, robot: RobotConfig, row: Row, face: str) -> None:

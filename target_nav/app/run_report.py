@@ -37,7 +37,9 @@ def finish_run(
 
 def outcome_line(data: dict[str, Any]) -> str:
     """As `ARRIVED after 31.4 s: stop error +4 mm, bearing +0.8 deg, least clearance 210 mm`."""
-    word = {"succeeded": "ARRIVED", "failed": "FAILED", "timeout": "TIMED OUT"}.get(data["outcome"], data["outcome"])
+    word = {"succeeded": "ARRIVED", "failed": "FAILED", "timeout": "TIMED OUT"}.get(
+        data["outcome"], data["outcome"]
+    )
     parts = [f"{word} after {data['time_s']:.1f} s"]
     if data["outcome"] != "succeeded":
         parts.append(f": {data['reason'] or 'no reason given'}")

@@ -17,12 +17,12 @@ class SnapshotMessages:
     def __init__(self, clock: RosClock) -> None:
         from diagnostic_msgs.msg import KeyValue as DiagnosticKeyValue
         from py_trees_ros_interfaces.msg import ActivityItem, Behaviour, BehaviourTree, KeyValue, Statistics
-        from unique_identifier_msgs.msg import UUID as UuidMsg
+        from unique_identifier_msgs import msg as unique_identifier
 
         self._clock = clock
         self._behaviour_type, self._tree_type, self._access_type = Behaviour, BehaviourTree, KeyValue
         self._activity_type, self._statistics_type = ActivityItem, Statistics
-        self._uuid_type, self._variable_type = UuidMsg, DiagnosticKeyValue
+        self._uuid_type, self._variable_type = unique_identifier.UUID, DiagnosticKeyValue
 
     def tree(self, snapshot: TreeSnapshot, parameters: Any, statistics: TickStatistics) -> Any:
         """One BehaviourTree; blackboard and activity only if the stream's `parameters` ask for them."""
@@ -33,7 +33,8 @@ class SnapshotMessages:
         )
         if parameters.blackboard_data:
             message.blackboard_on_visited_path = [
-                self._variable_type(key=key, value=value) for key, value in snapshot.blackboard_on_visited_path
+                self._variable_type(key=key, value=value)
+                for key, value in snapshot.blackboard_on_visited_path
             ]
         if parameters.blackboard_activity:
             message.blackboard_activity = [

@@ -48,7 +48,10 @@ class _Stream:
         self._last_s: float | None = None
 
     def due(self, now_s: float, changed: bool) -> bool:
-        late = self._last_s is not None and now_s - self._last_s >= PERIOD_SHARE * self.parameters.snapshot_period
+        late = (
+            self._last_s is not None
+            and now_s - self._last_s >= PERIOD_SHARE * self.parameters.snapshot_period
+        )
         if self._last_s is None or changed or late:
             self._last_s = now_s
             return True
@@ -76,7 +79,9 @@ class SnapshotStreams:
         self._lock = threading.Lock()
         self._streams: dict[str, _Stream] = {}
         self._count = 0
-        self._queue: queue.Queue[tuple[TreeSnapshot, list[_Stream], TickStatistics] | None] = queue.Queue(WAITING)
+        self._queue: queue.Queue[tuple[TreeSnapshot, list[_Stream], TickStatistics] | None] = queue.Queue(
+            WAITING
+        )
         self.dropped = 0
         node = ros.node
         node.create_service(OpenSnapshotStream, "~/snapshot_streams/open", self._open)

@@ -42,9 +42,7 @@ class TickMeter:
     def statistics(self) -> TickStatistics:
         if not self._count:
             return TickStatistics()
-        return TickStatistics(
-            self._count, self._last_s, *_three(self._durations), *_three(self._intervals)
-        )
+        return TickStatistics(self._count, self._last_s, *_three(self._durations), *_three(self._intervals))
 
 
 def _three(series: deque[float]) -> tuple[float, float, float]:

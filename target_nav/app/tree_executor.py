@@ -1,4 +1,7 @@
-"""Process `nav`: ticks the mission's tree at 20 Hz. `ros2 run target_nav tree_executor --mission trees/bowling_pin.xml`"""
+"""Process `nav`: ticks a mission's tree at 20 Hz.
+
+    ros2 run target_nav tree_executor --mission trees/bowling_pin.xml
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from target_nav.app.nav_core import LoopStatistics, NavCore
+from target_nav.app.nav_core import LoopStatistics, NavCore, Recorder
 from target_nav.app.nav_io import NavIo
 from target_nav.app.paths import REFERENCE_MISSION, mission_path
 from target_nav.app.process import report_ready, run_process
@@ -98,7 +101,7 @@ def _report(s: RateStatistics, core: NavCore) -> None:
 
 
 @contextlib.contextmanager
-def _recorder(path: Path | None, config: Config, mission: LoadedMission) -> Iterator[object]:
+def _recorder(path: Path | None, config: Config, mission: LoadedMission) -> Iterator[Recorder | None]:
     if path is None:
         yield None
         return

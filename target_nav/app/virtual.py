@@ -1,8 +1,8 @@
 """A whole mission in virtual time, in one process: the robot's own algorithms and tree against the simulator.
 
-Everything between the wheels and the blackboard is what the robot runs: commands go out as the firmware's lines, odometry
-comes back as lines and is integrated, boxes go through the camera process's pipeline. Only processes, DDS and shared
-memory are left out. The same seed gives the same result to the byte.
+Everything between the wheels and the blackboard is what the robot runs: commands go out as the firmware's lines,
+odometry comes back as lines and is integrated, boxes go through the camera process's pipeline. Only processes, DDS and
+shared memory are left out. The same seed gives the same result to the byte.
 """
 
 from __future__ import annotations

@@ -28,24 +28,48 @@ class Key:
     """The value may be None."""
 
 
-NOW_S = Key("/clock/now_s", float, "s", "nav loop", ("*motion", "TargetTracked", "decorators"), "monotonic time of this tick")
+NOW_S = Key(
+    "/clock/now_s",
+    float,
+    "s",
+    "nav loop",
+    ("*motion", "TargetTracked", "decorators"),
+    "monotonic time of this tick",
+)
 DT_S = Key("/clock/dt_s", float, "s", "nav loop", ("*motion",), "time since the last tick")
-REQUESTED = Key("/command/requested", bool, "", "nav loop", ("MissionRequested",), "GO was the last word, not STOP")
+REQUESTED = Key(
+    "/command/requested", bool, "", "nav loop", ("MissionRequested",), "GO was the last word, not STOP"
+)
 SCAN_AGE_S = Key("/input/scan_age_s", float, "s", "nav loop", ("InputsFresh",), "inf: there was none yet")
 ODOM_AGE_S = Key("/input/odom_age_s", float, "s", "nav loop", ("InputsFresh",), "inf: there was none yet")
 CAMERA_AGE_S = Key("/input/camera_age_s", float, "s", "nav loop", ("InputsFresh",), "inf: there was none yet")
 POSE = Key("/robot/pose_in_odom", Pose2D, "m, rad", "nav loop", ("*motion",), "odometry's newest pose")
-TWIST = Key("/robot/twist_in_base", Twist2D, "m/s, rad/s", "nav loop", ("*motion",), "odometry's newest velocity")
+TWIST = Key(
+    "/robot/twist_in_base", Twist2D, "m/s, rad/s", "nav loop", ("*motion",), "odometry's newest velocity"
+)
 OBSTACLES = Key(
-    "/world/obstacles_in_base_m", np.ndarray, "m", "nav loop", ("*motion",), "points of shape (N, 2), target left out"
+    "/world/obstacles_in_base_m",
+    np.ndarray,
+    "m",
+    "nav loop",
+    ("*motion",),
+    "points of shape (N, 2), target left out",
 )
 DETECTIONS = Key(
-    "/target/detections", DetectionFrame, "", "nav loop", ("*motion",), "the camera process's newest frame", True
+    "/target/detections",
+    DetectionFrame,
+    "",
+    "nav loop",
+    ("*motion",),
+    "the camera process's newest frame",
+    True,
 )
 TRACK = Key(
     "/target/track", Track, "m", "nav loop", ("*motion", "TargetTracked"), "None: there is no track", True
 )
-SPEC = Key("/target/spec", TargetSpec, "m", "SetTarget", ("nav loop", "*motion"), "what the mission looks for")
+SPEC = Key(
+    "/target/spec", TargetSpec, "m", "SetTarget", ("nav loop", "*motion"), "what the mission looks for"
+)
 REQUEST = Key(
     "/motion/request", MotionRequest, "m/s, rad/s", "*motion", ("nav loop",), "what the wheels shall do", True
 )

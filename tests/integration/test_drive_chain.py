@@ -84,17 +84,15 @@ class Chain:
 
     def begin(self) -> None:
         """Stand at odom's origin, with nothing heard so far."""
-        wait_until(lambda: self.drive(Twist2D(), 0.1) > 0.0 and self._stands(), "standing still")
-        self.reset()
-        wait_until(lambda: self.drive(Twist2D(), 0.1) > 0.0 and self._is_at_origin(), "the reset")
+        wait_until(self._stands_at_origin, "standing at the origin")
         for heard in (self.odometry, self.scans, self.transforms):
             heard.clear()
 
-    def _stands(self) -> bool:
-        return len(self.odometry) > 2 and self.odometry[-1].twist_in_base == Twist2D()
-
-    def _is_at_origin(self) -> bool:
-        return self.odometry[-1].pose_in_odom == Pose2D()
+    def _stands_at_origin(self) -> bool:
+        # Again and again: a wheel may creep on by a tick after it was still for a moment.
+        self.reset()
+        self.drive(Twist2D(), 0.2)
+        return all(o.pose_in_odom == Pose2D() and o.twist_in_base == Twist2D() for o in self.odometry[-2:])
 
     def _is_connected(self) -> bool:
         node = self._ros.node

@@ -1,4 +1,4 @@
-"""The running executor as others see it: watchers, topics, transforms. The client here is rclpy alone, not this project.
+"""The running executor as others see it: watchers, topics, transforms. The client is rclpy alone, not this project.
 
 What a watcher demands of an executor is written down as `watcher_accepts`: each rule is one on which the real
 `py-trees-tree-watcher` stops with an exception.
@@ -93,7 +93,9 @@ class Client:
             topic_name=topic, parameters=SnapshotStreamParameters(**parameters)
         )
         answer = self.call(OpenSnapshotStream, name, request)
-        assert self.node.count_publishers(answer.topic_name) == 1, "the publisher exists before `open` returns"
+        assert self.node.count_publishers(answer.topic_name) == 1, (
+            "the publisher exists before `open` returns"
+        )
         return answer.topic_name, self.listen(BehaviourTree, answer.topic_name, LATCHED)
 
 
@@ -179,7 +181,9 @@ def test_without_inputs_every_velocity_is_zero_and_the_reason_is_told(client: Cl
     twists = client.listen(Twist, "/cmd_vel", 1)
     states = client.listen(String, "/nav_state", 10)
     begin_s = time.monotonic()
-    client.spin_until(lambda: time.monotonic() - begin_s > 1.0 and states, "a second of /cmd_vel and /nav_state")
+    client.spin_until(
+        lambda: time.monotonic() - begin_s > 1.0 and states, "a second of /cmd_vel and /nav_state"
+    )
     for twist in twists:
         assert (twist.linear.x, twist.linear.y, twist.angular.z) == (0.0, 0.0, 0.0)
     state = json.loads(states[-1].data)
@@ -189,7 +193,9 @@ def test_without_inputs_every_velocity_is_zero_and_the_reason_is_told(client: Cl
 
 def test_a_tf2_listener_that_comes_late_gets_the_mounts(client: Client) -> None:
     # tf2 listens to /tf_static transient local
-    heard = client.listen(TFMessage, "/tf_static", QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    heard = client.listen(
+        TFMessage, "/tf_static", QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    )
     client.spin_until(lambda: heard, "/tf_static")
     frames = {(t.header.frame_id, t.child_frame_id) for t in heard[-1].transforms}
     assert frames == {("base_link", "laser"), ("base_link", "camera_link")}
@@ -203,7 +209,9 @@ def test_a_second_executor_is_refused_and_names_the_first(executor: Managed, tmp
 
 def test_a_mission_that_does_not_parse_is_told_with_its_line(tmp_path: Path) -> None:
     path = tmp_path / "broken.xml"
-    path.write_text('<root BTCPP_format="4">\n  <BehaviorTree ID="A">\n    <Sequenze/>\n  </BehaviorTree>\n</root>\n')
+    path.write_text(
+        '<root BTCPP_format="4">\n  <BehaviorTree ID="A">\n    <Sequenze/>\n  </BehaviorTree>\n</root>\n'
+    )
     process = Managed(EXECUTOR, ("--prefix", "test_broken", "--mission", str(path)), tmp_path)
     assert process.wait() == 2
     assert "broken.xml:3:5: error:" in process.log()

@@ -1,4 +1,4 @@
-"""A whole mission in virtual time: it ends as it should, twice the same, and its recording replays to the same decisions."""
+"""A whole mission in virtual time: it ends as it should, twice the same, and its recording replays the same."""
 
 from __future__ import annotations
 
@@ -60,17 +60,23 @@ def test_a_replay_decides_the_same_to_the_last_bit(recorded: tuple[Path, RunResu
     assert report.differences == ()
 
 
-def test_a_replay_of_another_mission_shows_where_they_part(recorded: tuple[Path, RunResult], tmp_path: Path) -> None:
+def test_a_replay_of_another_mission_shows_where_they_part(
+    recorded: tuple[Path, RunResult], tmp_path: Path
+) -> None:
     path, _ = recorded
     slower = tmp_path / "slower.xml"
     text = MISSION.read_text(encoding="utf-8")
-    slower.write_text(text.replace("<NavigateToTarget ", '<NavigateToTarget speed_mps="0.08" '), encoding="utf-8")
+    slower.write_text(
+        text.replace("<NavigateToTarget ", '<NavigateToTarget speed_mps="0.08" '), encoding="utf-8"
+    )
     report = replay(path, slower, most=1)
     assert len(report.differences) == 1
     assert report.differences[0].what in {"sent", "requested"}
 
 
-def test_a_recording_that_was_cut_off_replays_up_to_the_cut(recorded: tuple[Path, RunResult], tmp_path: Path) -> None:
+def test_a_recording_that_was_cut_off_replays_up_to_the_cut(
+    recorded: tuple[Path, RunResult], tmp_path: Path
+) -> None:
     path, _ = recorded
     whole = path.read_bytes()
     cut = tmp_path / "cut.mcap"

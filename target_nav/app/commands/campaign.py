@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import TextIO
 
 import click
 from rich.console import Console
@@ -16,12 +17,21 @@ from target_nav.sim.arena import list_arenas, load_arena
 
 
 @click.command(name="campaign")
-@click.option("--arenas", "first_arena", metavar="PATH...", help="Arena files, folders or names; default: all that are shipped.")
+@click.option(
+    "--arenas",
+    "first_arena",
+    metavar="PATH...",
+    help="Arena files, folders or names; default: all that are shipped.",
+)
 @click.argument("more_arenas", nargs=-1, metavar="")
 @click.option("--seeds", default=1, show_default=True, type=click.IntRange(1), help="Runs per arena.")
 @click.option("--seed", default=1, show_default=True, help="First seed.")
-@click.option("--mission", default=REFERENCE_MISSION, show_default=True, help="Mission file, or a name in trees/.")
-@click.option("--jobs", default=os.cpu_count() or 1, show_default=True, type=click.IntRange(1), help="Processes.")
+@click.option(
+    "--mission", default=REFERENCE_MISSION, show_default=True, help="Mission file, or a name in trees/."
+)
+@click.option(
+    "--jobs", default=os.cpu_count() or 1, show_default=True, type=click.IntRange(1), help="Processes."
+)
 @click.option("--json", "out", type=click.File("w"), help="One JSON line a run.")
 @click.option("--traces", is_flag=True, help="With the true poses at 20 Hz in each line.")
 @click.pass_context
@@ -33,7 +43,7 @@ def command(
     seed: int,
     mission: str,
     jobs: int,
-    out: click.utils.LazyFile | None,
+    out: TextIO | None,
     traces: bool,
 ) -> None:
     """Run a mission in virtual time in many arenas. Exit 0 when every run ended as its arena expects."""
@@ -57,8 +67,12 @@ def command(
     Console().print(table_of(results))
     failed = sorted((r for r in results if not r.as_expected), key=lambda r: (r.arena, r.seed))
     for r in failed[:20]:
-        click.echo(f"{r.arena} seed {r.seed}: {r.outcome}, {r.reason or 'no reason'}{', COLLIDED' if r.collided else ''}")
-        click.echo(f"  target-nav run --sim {_argument(named, r.arena)} --virtual --seed {r.seed} --mission {mission}")
+        click.echo(
+            f"{r.arena} seed {r.seed}: {r.outcome}, {r.reason or 'no reason'}{', COLLIDED' if r.collided else ''}"
+        )
+        click.echo(
+            f"  target-nav run --sim {_argument(named, r.arena)} --virtual --seed {r.seed} --mission {mission}"
+        )
     ctx.exit(1 if failed else 0)
 
 

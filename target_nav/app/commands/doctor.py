@@ -13,7 +13,9 @@ STYLE = {Verdict.OK: "green", Verdict.NOTE: "yellow", Verdict.PROBLEM: "bold red
 
 
 @click.command(name="doctor")
-@click.option("--prefix", default=Config().ipc.prefix, show_default=True, help="Of the shared-memory channels.")
+@click.option(
+    "--prefix", default=Config().ipc.prefix, show_default=True, help="Of the shared-memory channels."
+)
 @click.pass_context
 def command(ctx: click.Context, prefix: str) -> None:
     """Check Python, ROS, packages, shared memory, serial port, camera, clocks and cores. Exit 1 on a problem."""

@@ -13,7 +13,12 @@ from target_nav.mission.render import render_text
 
 @click.command(name="render")
 @click.argument("mission")
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="A .txt file; default: the terminal.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="A .txt file; default: the terminal.",
+)
 def command(mission: str, output: Path | None) -> None:
     """Draw a mission's tree."""
     if output is not None and output.suffix not in ("", ".txt"):

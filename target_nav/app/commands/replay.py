@@ -13,7 +13,9 @@ from target_nav.app.replay import replay
 
 @click.command(name="replay")
 @click.argument("run", type=click.Path(exists=True, path_type=Path))
-@click.option("--mission", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Another mission file.")
+@click.option(
+    "--mission", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Another mission file."
+)
 @click.option("--most", default=20, show_default=True, type=click.IntRange(1), help="Differences to keep.")
 @click.pass_context
 def command(ctx: click.Context, run: Path, mission: Path | None, most: int) -> None:

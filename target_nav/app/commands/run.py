@@ -14,14 +14,28 @@ from target_nav.mission import load_mission
 
 
 @click.command(name="run")
-@click.option("--mission", default=REFERENCE_MISSION, show_default=True, help="Mission file, or a name in trees/.")
-@click.option("--sim", "arena_name", metavar="ARENA", help="Arena file or name: simulate. Without it: the robot.")
+@click.option(
+    "--mission", default=REFERENCE_MISSION, show_default=True, help="Mission file, or a name in trees/."
+)
+@click.option(
+    "--sim", "arena_name", metavar="ARENA", help="Arena file or name: simulate. Without it: the robot."
+)
 @click.option("--virtual", is_flag=True, help="Virtual time, in one process, without ROS.")
 @click.option("--seed", default=1, show_default=True, type=click.IntRange(0), help="Of all that is random.")
-@click.option("--json", "json_path", type=click.Path(dir_okay=False, path_type=Path), help="Write the result there too.")
+@click.option(
+    "--json", "json_path", type=click.Path(dir_okay=False, path_type=Path), help="Write the result there too."
+)
 @click.option("--headless", is_flag=True, help="No windows and no redrawing: lines of text only.")
-@click.option("--out", default="runs", show_default=True, type=click.Path(file_okay=False, path_type=Path), help="Parent of the run's folder.")
-@click.option("--prefix", default=Config().ipc.prefix, show_default=True, help="Of the shared-memory channels.")
+@click.option(
+    "--out",
+    default="runs",
+    show_default=True,
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Parent of the run's folder.",
+)
+@click.option(
+    "--prefix", default=Config().ipc.prefix, show_default=True, help="Of the shared-memory channels."
+)
 @click.option("--wait", is_flag=True, help="Wait for GO from an operator, and go on after the mission's end.")
 @click.pass_context
 def command(

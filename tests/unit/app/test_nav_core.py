@@ -101,7 +101,9 @@ def leaf(kind: type, name: str) -> py_trees.behaviour.Behaviour:
 
 
 def when_requested(*actions: py_trees.behaviour.Behaviour) -> py_trees.behaviour.Behaviour:
-    go = py_trees.composites.Sequence("go", memory=False, children=[leaf(MissionRequested, "requested"), *actions])
+    go = py_trees.composites.Sequence(
+        "go", memory=False, children=[leaf(MissionRequested, "requested"), *actions]
+    )
     return py_trees.composites.Selector("root", memory=False, children=[go, leaf(Idle, "idle")])
 
 
@@ -157,7 +159,9 @@ def test_a_stale_input_stops_the_wheels_at_once_whatever_the_tree_wants(
     assert record.limited_by
 
 
-@pytest.mark.parametrize("bad", [Twist2D(math.nan, 0.0, 0.0), Twist2D(0.1, math.inf, 0.0), Twist2D(0, 0, -math.inf)])
+@pytest.mark.parametrize(
+    "bad", [Twist2D(math.nan, 0.0, 0.0), Twist2D(0.1, math.inf, 0.0), Twist2D(0, 0, -math.inf)]
+)
 def test_a_velocity_that_is_not_a_number_never_leaves(world: ScriptedWorld, bad: Twist2D) -> None:
     drive = leaf(Forward, "drive")
     drive.twist = bad
@@ -240,7 +244,9 @@ def test_every_tick_is_published_and_recorded_once(world: ScriptedWorld) -> None
 
 
 def test_ages_reach_the_guards(world: ScriptedWorld) -> None:
-    core = NavCore(Config(), when_requested(leaf(InputsFresh, "fresh"), leaf(Forward, "drive")), world, world, world)
+    core = NavCore(
+        Config(), when_requested(leaf(InputsFresh, "fresh"), leaf(Forward, "drive")), world, world, world
+    )
     world.commands, world.camera_age_s = [CommandKind.GO], 1.2
     record = run(core, 2)
     assert record.running_leaf == "idle"

@@ -44,7 +44,11 @@ def test_fresh_inputs_pass(board: ScriptedBoard) -> None:
         (keys.SCAN_AGE_S, math.inf, "scan has not come yet (limit 0.80 s); is the LiDAR running?"),
         (keys.ODOM_AGE_S, 0.31, "odometry 0.31 s old (limit 0.30 s); are arduino and odometry running?"),
         (keys.CAMERA_AGE_S, 1.5, "camera 1.50 s old (limit 1.00 s); are detector and camera running?"),
-        (keys.CAMERA_AGE_S, math.nan, "camera has not come yet (limit 1.00 s); are detector and camera running?"),
+        (
+            keys.CAMERA_AGE_S,
+            math.nan,
+            "camera has not come yet (limit 1.00 s); are detector and camera running?",
+        ),
     ],
 )
 def test_a_stale_input_is_named_with_its_age_and_limit(

@@ -99,7 +99,9 @@ def test_standing_leaves_ask_for_zero_and_do_not_end(
         assert board.read(keys.REQUEST).state is state
 
 
-@pytest.mark.parametrize(("leaf_type", "kind"), [(Arrived, OutcomeKind.SUCCEEDED), (GiveUp, OutcomeKind.FAILED)])
+@pytest.mark.parametrize(
+    ("leaf_type", "kind"), [(Arrived, OutcomeKind.SUCCEEDED), (GiveUp, OutcomeKind.FAILED)]
+)
 def test_an_outcome_lasts_as_long_as_the_leaf_that_told_it(
     board: ScriptedBoard, leaf_type: type[EndingLeaf], kind: OutcomeKind
 ) -> None:
@@ -119,7 +121,9 @@ def _matches(leaf: type[MissionLeaf], names: tuple[str, ...]) -> bool:
 @pytest.mark.parametrize("leaf", LEAVES)
 def test_the_table_of_keys_names_every_leafs_reads_and_writes(leaf: type[MissionLeaf]) -> None:
     for key in leaf.WRITES:
-        assert _matches(leaf, (key.writer,)), f"{leaf.__name__} writes {key.name}; the table says {key.writer}"
+        assert _matches(leaf, (key.writer,)), (
+            f"{leaf.__name__} writes {key.name}; the table says {key.writer}"
+        )
     for key in leaf.READS:
         assert _matches(leaf, key.readers), f"{leaf.__name__} reads {key.name}; the table says {key.readers}"
 
@@ -128,4 +132,6 @@ def test_every_leaf_in_the_table_exists() -> None:
     known = {leaf.__name__ for leaf in LEAVES}
     for key in keys.ALL:
         for name in (key.writer, *key.readers):
-            assert name in known or name.startswith("*") or name in ("nav loop", "decorators"), f"{key.name}: {name}"
+            assert name in known or name.startswith("*") or name in ("nav loop", "decorators"), (
+                f"{key.name}: {name}"
+            )

@@ -14,7 +14,9 @@ K = CommandKind
 
 def handled(kinds: list[CommandKind]) -> list[CommandKind]:
     seen: list[CommandKind] = []
-    CommandDispatcher({kind: lambda c: seen.append(c.kind) for kind in K}).dispatch(Command(0.0, k) for k in kinds)
+    CommandDispatcher({kind: lambda c: seen.append(c.kind) for kind in K}).dispatch(
+        Command(0.0, k) for k in kinds
+    )
     return seen
 
 
