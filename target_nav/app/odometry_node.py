@@ -12,8 +12,11 @@ import json
 import logging
 import math
 import sys
+from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
+from target_nav.app.odometry_state import PoseFile
 from target_nav.app.process import report_ready, run_process
 from target_nav.app.ros_convert import (
     BASE_FRAME,
@@ -27,8 +30,9 @@ from target_nav.app.ros_convert import (
 from target_nav.app.ros_support import RosNode, command_qos, stream_qos, tf_qos
 from target_nav.app.settings import add_config_arguments, config_from, parse_arguments
 from target_nav.config import Config
+from target_nav.errors import ConfigError
 from target_nav.nav.odometry import OdometryIntegrator, OdometryNoise, OdometryScale
-from target_nav.state.types import Twist2D
+from target_nav.state.types import STOP, Twist2D
 
 RAW_DEPTH = 50
 
@@ -62,7 +66,7 @@ def parse_raw(text: str, now_s: float) -> tuple[float, Twist2D]:
 class OdometryNode:
     """Everything happens in the executor's thread."""
 
-    def __init__(self, ros: RosNode, config: Config) -> None:
+    def __init__(self, ros: RosNode, config: Config, state: PoseFile | None = None) -> None:
         from nav_msgs.msg import Odometry
         from std_msgs.msg import Empty, String
         from tf2_msgs.msg import TFMessage
@@ -71,11 +75,17 @@ class OdometryNode:
         self._tf_message = TFMessage
         calibration = config.odometry
         self._noise = OdometryNoise()
+        self._last_twist = STOP
         self.integrator = OdometryIntegrator(
             OdometryScale(calibration.forward_scale, calibration.lateral_scale, calibration.yaw_scale),
             calibration.max_gap_s,
             self._noise,
         )
+        self._state = state
+        last = state.last(ros.clock.now_s()) if state is not None else None
+        if last is not None:
+            self.integrator.resume(*last)
+            log.info("going on from %s, %.2f s ago", last[1], ros.clock.now_s() - last[0])
         self._publish_odometry = ros.publisher(Odometry, "/odom", stream_qos())
         self._publish_tf = ros.publisher(TFMessage, "/tf", tf_qos())
         ros.subscribe(String, "/arduino/odom_raw", self._take_raw, stream_qos(RAW_DEPTH))
@@ -87,10 +97,15 @@ class OdometryNode:
         odometry = self.integrator.add(stamp_s, twist)
         if odometry is None:
             raise BadMessageError("raw.order", f"the message of {stamp_s:.3f} s came after a newer one")
-        if self.integrator.in_gap:
+        # The firmware is silent while it is not driven, so a gap between two standstills is nothing.
+        moving = odometry.twist_in_base != STOP or self._last_twist != STOP
+        if self.integrator.in_gap and moving:
             self._ros.warnings.warn(
                 "odometry.gap", "a gap in odometry: the pose may be wrong by what was driven meanwhile"
             )
+        self._last_twist = odometry.twist_in_base
+        if self._state is not None:
+            self._state.keep(odometry)
         self._publish_odometry(
             odometry_to_msg(
                 odometry, clock, self.integrator.covariance, self._noise.velocity(odometry.twist_in_base)
@@ -108,17 +123,30 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         prog="odometry_node", description="Integrates wheel odometry: /odom and /tf."
     )
+    parser.add_argument("--state", metavar="FILE", type=Path, help="keeps the pose for a restarted node")
     add_config_arguments(parser)
     arguments = parse_arguments(parser)
     sys.exit(run_process("odometry", lambda: _run(arguments)))
 
 
 def _run(arguments: argparse.Namespace) -> None:
-    with RosNode("odometry_node", needs=("tf2_msgs.msg",)) as ros:
-        node = OdometryNode(ros, config_from(arguments))
+    config = config_from(arguments)
+    with ExitStack() as stack:
+        state = _pose_file(arguments.state) if arguments.state is not None else None
+        if state is not None:
+            stack.callback(state.close)
+        ros = stack.enter_context(RosNode("odometry_node", needs=("tf2_msgs.msg",)))
+        node = OdometryNode(ros, config, state)
         report_ready()
         ros.run()
         log.info("%d gaps, %d messages rejected", node.integrator.gaps, node.integrator.rejected)
+
+
+def _pose_file(path: Path) -> PoseFile:
+    try:
+        return PoseFile(path)
+    except OSError as error:
+        raise ConfigError(f"--state {path} cannot be written: {error.strerror}") from error
 
 
 if __name__ == "__main__":

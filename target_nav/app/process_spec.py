@@ -8,7 +8,7 @@ from enum import Enum
 
 
 class ReadyWhen(Enum):
-    """When the next process in the table may be started."""
+    """When a process that was started counts as running."""
 
     REPORTED = "reported"
     """The process called `report_ready`."""
@@ -20,8 +20,8 @@ class ReadyWhen(Enum):
 class RestartPolicy:
     """What happens when a process ends by itself. Exit code 2 (cannot be run) is never restarted.
 
-    The n-th failure within `window_s` is answered after `first_delay_s * 2**(n - 1)`, at most `max_delay_s`; with
-    `max_failures` of them the process is given up.
+    The n-th failure within `window_s` is answered after `first_delay_s * 2**(n - 1)`, at most `max_delay_s`;
+    with `max_failures` of them the process is given up.
     """
 
     restart: bool = True
@@ -43,8 +43,9 @@ NO_RESTART = RestartPolicy(restart=False)
 class ProcessSpec:
     """One row of the process table.
 
-    `core` None: not pinned. `nice` None: as the supervisor. When a `critical` process is given up or cannot be run,
-    the whole stack is stopped; another one only stays away.
+    `core` None: not pinned. `nice` None: as the supervisor. `holds_next`: the processes after it in the table
+    are not started before it is ready; otherwise they start beside it. When a `critical` process is given up
+    or cannot be run, the whole stack is stopped; another one only stays away.
     """
 
     name: str
@@ -53,6 +54,7 @@ class ProcessSpec:
     nice: int | None = None
     critical: bool = True
     ready: ReadyWhen = ReadyWhen.STARTED
+    holds_next: bool = True
     ready_timeout_s: float = 30.0
     restart: RestartPolicy = RestartPolicy()
     stop_timeout_s: float = 3.0

@@ -1,6 +1,7 @@
 """The process table: every process of a stack, in the order of starting, with its core and niceness.
 
-One place, so that which loop runs where is not spread over launch files. Cores are the reference's: 0 GUI, 1 nav,
+Only the simulator makes the others wait, for it makes the serial port; they find each other in any order. One
+place, so that which loop runs where is not spread over launch files. Cores are the reference's: 0 GUI, 1 nav,
 2 camera, 3 detector; with fewer than four cores nothing is pinned, for then sharing is better than waiting.
 """
 
@@ -13,11 +14,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from target_nav.app.process_spec import ProcessSpec, ReadyWhen
+from target_nav.app.process_spec import ProcessSpec, ReadyWhen, RestartPolicy
 
 NAV_CORE, CAMERA_CORE, DETECTOR_CORE = 1, 2, 3
 CORES_TO_PIN = 4
 NAV_NICE = -5
+
+ONCE = RestartPolicy(max_failures=1)
+"""For the simulator: a world that begins anew in mid-run would make the run a lie, so its death ends the stack."""
 
 LIDAR_PACKAGE = "rplidar_ros"
 LIDAR_EXECUTABLES = ("rplidar_node", "rplidar_composition")
@@ -30,7 +34,8 @@ log = logging.getLogger(__name__)
 class StackOptions:
     """What a whole stack is started with; each process gets its share as options.
 
-    `config_file` as `settings.write_config` writes it. `go` begins the mission without waiting for an operator.
+    `config_file` as `settings.write_config` writes it. `go` begins the mission without waiting for an
+    operator.
     """
 
     run_dir: Path
@@ -66,6 +71,7 @@ def simulation_stack(options: StackOptions, arena: str, seed: int) -> tuple[Proc
             *options.common,
         ),
         ready=ReadyWhen.REPORTED,
+        restart=ONCE,
     )  # fmt: skip
     return (sim, *_perception(options, "sim"), *_drive_and_nav(options, str(link)))
 
@@ -112,12 +118,14 @@ def _perception(options: StackOptions, source: str) -> tuple[ProcessSpec, ...]:
             _module("detector_node", "--source", source, *options.common),
             core=options.core(DETECTOR_CORE),
             ready=ReadyWhen.REPORTED,
+            holds_next=False,
         ),
         ProcessSpec(
             "camera",
             _module("camera_node", *options.common),
             core=options.core(CAMERA_CORE),
             ready=ReadyWhen.REPORTED,
+            holds_next=False,
         ),
     )
 
@@ -133,14 +141,21 @@ def _drive_and_nav(options: StackOptions, serial_port: str) -> tuple[ProcessSpec
             "arduino",
             _module("arduino_node", "--port", serial_port, *options.common),
             ready=ReadyWhen.REPORTED,
+            holds_next=False,
         ),
-        ProcessSpec("odometry", _module("odometry_node", *options.common), ready=ReadyWhen.REPORTED),
+        ProcessSpec(
+            "odometry",
+            _module("odometry_node", "--state", str(options.run_dir / "odometry.state"), *options.common),
+            ready=ReadyWhen.REPORTED,
+            holds_next=False,
+        ),
         ProcessSpec(
             "nav",
             _module("tree_executor", *nav),
             core=options.core(NAV_CORE),
             nice=NAV_NICE,
             ready=ReadyWhen.REPORTED,
+            holds_next=False,
         ),
     )
 

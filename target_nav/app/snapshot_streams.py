@@ -1,4 +1,4 @@
-"""What lets py_trees' watchers look into the running tree: snapshot streams, each with a topic and parameters of its own.
+"""What lets py_trees' watchers look into the running tree: snapshot streams, each with its own topic and parameters.
 
 The names, types and rules are those of py_trees_ros, so an unmodified `py-trees-tree-watcher` attaches:
 
@@ -6,8 +6,8 @@ The names, types and rules are those of py_trees_ros, so an unmodified `py-trees
     ~/snapshots                                    the default stream (parameter `default_snapshot_stream`)
     ~/snapshot_streams/_snapshots_<n>              a stream that a watcher opened without naming it
 
-Building and publishing a message happens in a thread of its own, never in the tick: a tick notes what the tree looks like
-and goes on. A watcher that hangs delays nobody, and without a stream nothing is built at all.
+Building and publishing a message happens in a thread of its own, never in the tick: a tick notes what the tree looks
+like and goes on. A watcher that hangs delays nobody, and without a stream nothing is built at all.
 """
 
 from __future__ import annotations

@@ -73,8 +73,10 @@ class Child:
 
     @property
     def lets_next_start(self) -> bool:
-        """The processes after this one in the table may run: it is, or was at least once, ready."""
-        return self._was_ready or self.state in (ProcessState.EXITED, ProcessState.FAILED)
+        """The processes after this one in the table may run: it is or once was ready, or need not be."""
+        if self._was_ready or self.state in (ProcessState.EXITED, ProcessState.FAILED):
+            return True
+        return self.state is not ProcessState.WAITING and not self.spec.holds_next
 
     def advance(self, now_s: float) -> str | None:
         """Go on to the next state. Text: the process is given up, and why."""
@@ -110,6 +112,7 @@ class Child:
             return False
         self._exit_code = process.returncode
         self._clear_group()
+        self._ready_path.unlink(missing_ok=True)
         self.state = ProcessState.STOPPED
         return True
 
@@ -171,7 +174,7 @@ class Child:
         self._note(f"{self.spec.name} {how}")
         if failures >= policy.max_failures or not policy.restart:
             self.state = ProcessState.FAILED
-            return f"{how}, {failures} times within {policy.window_s:g} s"
+            return how if failures == 1 else f"{how}, {failures} times within {policy.window_s:g} s"
         delay_s = policy.delay_s(failures)
         self._note(f"{self.spec.name} is started again in {delay_s:g} s")
         self._restart_at_s = now_s + delay_s

@@ -1,4 +1,4 @@
-"""A watcher of a running executor: finds it, opens a snapshot stream, keeps the newest tree. Closes the stream after."""
+"""A watcher of a running executor: finds it, opens a snapshot stream, keeps the newest tree, closes the stream."""
 
 from __future__ import annotations
 

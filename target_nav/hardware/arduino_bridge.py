@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import os
 import threading
 import time
 from collections.abc import Callable
@@ -32,9 +33,6 @@ from target_nav.state.types import Twist2D
 
 READ_TIMEOUT_S = 0.1
 """How soon the reader notices that it shall end, or that a write failed."""
-
-WRITE_TIMEOUT_S = 0.05
-"""One command period: a port that does not take a line within it is stuck."""
 
 FIRST_RETRY_S = 0.1
 LAST_RETRY_S = 2.0
@@ -126,18 +124,20 @@ class ArduinoBridge:
             if port is None or self._lost.is_set():
                 self._refused += 1
                 return False
+            data = b"\n" + line if self._cut else line
             try:
-                port.write(b"\n" + line if self._cut else line)
-                self._cut = False
-            except serial.SerialTimeoutException:
-                with contextlib.suppress(serial.SerialException, OSError):
-                    port.reset_output_buffer()
-                self._cut = True  # Part of the line may be out: end it before the next one.
-                self._refused += 1
-                return False
+                # Not pyserial's write: that one takes a busy machine for a stuck port, after the line has gone out.
+                sent = os.write(port.fileno(), data)
+            except BlockingIOError:
+                sent = 0
             except (serial.SerialException, OSError):
                 self._refused += 1
                 self._lost.set()
+                return False
+            # What is out of a line that was cut off is ended before the next one.
+            self._cut = 0 < sent < len(data) or (self._cut and sent == 0)
+            if sent < len(data):
+                self._refused += 1
                 return False
             self._written += 1
             return True
@@ -249,9 +249,7 @@ def open_port(port: str, baud: int) -> serial.Serial:
     """
     try:
         # pyserial sets DTR and RTS while it opens, which resets an Arduino, and lets a pty refuse it.
-        opened = serial.Serial(
-            port, baud, timeout=READ_TIMEOUT_S, write_timeout=WRITE_TIMEOUT_S, exclusive=True
-        )
+        opened = serial.Serial(port, baud, timeout=READ_TIMEOUT_S, exclusive=True)
         opened.reset_input_buffer()
         opened.reset_output_buffer()
     except (serial.SerialException, OSError, ValueError) as error:

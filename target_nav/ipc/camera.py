@@ -50,6 +50,9 @@ class CameraReader(Reader[CameraFrame]):
         self._taken_sequence = loaded.sequence
         return self._image_codec.decode(loaded.data, PAYLOAD_IN_DATA, self._image)
 
+    def __enter__(self) -> CameraReader:
+        return self
+
     def _poll(self) -> None:
         loaded = self._fetch(self._value_sequence, self._allocate)
         if loaded is not None:

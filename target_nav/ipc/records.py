@@ -8,6 +8,7 @@ an enum is its number, a fixed tuple is an array, a dataclass is a struct, and `
 from __future__ import annotations
 
 import dataclasses
+import operator
 import struct
 import types
 import typing
@@ -44,6 +45,9 @@ class Node:
     flatten: Callable[[Any], Sequence[Any]]
     build: Callable[..., Any]
     """(flat values, index of the first, further arguments of a dataclass) -> the field's value."""
+
+    plain: bool = False
+    """One value that is packed as it is."""
 
     @property
     def width(self) -> int:
@@ -208,20 +212,29 @@ def _optional_node(name: str, inner: Node) -> Node:
 
 
 def _dataclass_node(of: type[Any], fields: Sequence[tuple[str, Node]]) -> Node:
-    parts = [(name, node.flatten) for name, node in fields]
+    # None stands for a field that is one value as it is, which most are: no call for those.
+    flatteners = [None if node.plain else node.flatten for _, node in fields]
     builders, at = [], 0
     for _, node in fields:
-        builders.append((node.build, at))
+        builders.append((None if node.plain else node.build, at))
         at += node.width
-    blank = tuple(value for _, node in fields for value in node.blank)
+    all_plain = all(node.plain for _, node in fields)
+    get = [name for name, _ in fields]
+    values_of = operator.attrgetter(*get) if len(get) > 1 else lambda value: (getattr(value, get[0]),)
 
-    def flatten(value: Any) -> list[Any]:
+    def flatten(value: Any) -> Sequence[Any]:
         flat: list[Any] = []
-        for name, inner in parts:
-            flat += inner(getattr(value, name))
+        for inner, held in zip(flatteners, values_of(value)):
+            if inner is None:
+                flat.append(held)
+            else:
+                flat += inner(held)
         return flat
 
     def build(values: Sequence[Any], i: int, *tail: object) -> Any:
-        return of(*[inner(values, i + offset) for inner, offset in builders], *tail)
+        if all_plain:
+            return of(*values[i : i + at], *tail)
+        built = [values[i + k] if inner is None else inner(values, i + k) for inner, k in builders]
+        return of(*built, *tail)
 
-    return Node((), blank, flatten, build)
+    return Node((), tuple(value for _, node in fields for value in node.blank), flatten, build)

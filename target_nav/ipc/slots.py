@@ -162,10 +162,10 @@ def read_reign(mapping: Mapping) -> tuple[int, int]:
 
 
 def stable_reign(mapping: Mapping) -> tuple[int, int] | None:
-    """(generation, claim word), or None while a writer is just taking over."""
+    """(generation, claim word), or None while a writer is just taking over, or before the first one ever did."""
     words = mapping.words
     before = words[header.CLAIM]
     generation, _ = read_reign(mapping)
-    if before & 1 or words[header.CLAIM] != before:
+    if before & 1 or generation == 0 or words[header.CLAIM] != before:
         return None
     return generation, before

@@ -6,7 +6,13 @@ from collections.abc import Iterator
 
 from target_nav.mission.btcpp import CONDITIONS
 from target_nav.mission.document import METADATA
-from target_nav.mission.expand import AUTOREMAP, is_port_name, port_attributes, subtree_arguments
+from target_nav.mission.expand import (
+    AUTOREMAP,
+    is_port_name,
+    mandatory_ports,
+    port_attributes,
+    subtree_arguments,
+)
 from target_nav.mission.includes import Library
 from target_nav.mission.model import SUBTREE, Attribute, Form, NodeDef, NodeModel, TreeDef
 from target_nav.mission.problems import Report, did_you_mean, listed
@@ -167,17 +173,9 @@ class Definitions:
             self._report.error(node.position, f'there is no tree "{node.id}"{near}; the trees are: {trees}')
 
     def _mandatory(self, node: NodeDef) -> None:
-        model = self._library.models.get((SUBTREE, node.id))
-        if model is None:
-            return
-        given = {name for name, _, _ in subtree_arguments(node, self._library)}
-        autoremap = node.attribute(AUTOREMAP) is not None
-        for port in model.ports:
-            if port.name not in given and not autoremap:
-                self._report.error(
-                    node.position,
-                    f"{SUBTREE} {node.id} needs {port.name} (<TreeNodesModel> at {port.position})",
-                )
+        for port in mandatory_ports(node, self._library):
+            where = f"<TreeNodesModel> at {port.position}"
+            self._report.error(node.position, f"{SUBTREE} {node.id} needs {port.name} ({where})")
 
     def _cycles(self) -> None:
         """Depth-first over the trees, without recursion: a mission may have very many."""

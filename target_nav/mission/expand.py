@@ -13,7 +13,7 @@ from typing import Any
 from target_nav.mission.btcpp import CONDITIONS
 from target_nav.mission.document import METADATA
 from target_nav.mission.includes import Library
-from target_nav.mission.model import Attribute, NodeDef
+from target_nav.mission.model import Attribute, NodeDef, PortModel
 from target_nav.mission.problems import Position, Report, did_you_mean, listed
 from target_nav.mission.registry import NodeRegistry, NodeSpec
 from target_nav.mission.scope import Binding, Constant, Entry, Reference, Scope
@@ -78,6 +78,15 @@ def subtree_arguments(node: NodeDef, library: Library) -> Iterator[tuple[str, st
                 yield port.name, port.default, port.position
 
 
+def mandatory_ports(node: NodeDef, library: Library) -> list[PortModel]:
+    """What the tree's model asks for and this use of it does not give."""
+    model = library.models.get((node.form.value, node.id))
+    if model is None or autoremap_of(node):
+        return []
+    given = {name for name, _, _ in subtree_arguments(node, library)}
+    return [port for port in model.ports if port.name not in given]
+
+
 def autoremap_of(node: NodeDef) -> bool:
     attribute = node.attribute(AUTOREMAP)
     return attribute is not None and attribute.value.strip() in ("true", "True", "TRUE", "1")
@@ -137,14 +146,17 @@ class Expander:
             instance.touched = [self._touch(each, scope) for each in node.attributes]
             return instance
         bindings: dict[str, Binding] = {}
+        unknown = [port.name for port in mandatory_ports(node, self._library)]
         for name, text, position in subtree_arguments(node, self._library):
             try:
                 key = key_in(text, name)
             except BadValue:
+                unknown.append(name)
                 continue
             bindings[name] = Constant(text, position) if key is None else Reference(key)
         inner = scope.child(node.name, bindings, autoremap_of(node))
         instance.children = [self._node(tree.root, inner, (*chain, tree.id), depth + 1)]
+        instance.touched = [inner.resolve(name)[0].path for name in unknown]
         for attribute in node.attributes:
             if is_port_name(attribute.name) and attribute.name not in inner.used:
                 near, known = did_you_mean(attribute.name, inner.used), listed(sorted(inner.used))

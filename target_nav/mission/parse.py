@@ -2,7 +2,7 @@
 
 expat gives the place of a tag but not of its attributes, so the raw text of the tag is scanned for those. What a
 mission never needs is refused before it can do harm: document types (and with them entities), other encodings than
-UTF-8, files beyond `MAX_BYTES` and nesting beyond `MAX_DEPTH`.
+UTF-8, files beyond `MAX_BYTES` or `MAX_ELEMENTS` and nesting beyond `MAX_DEPTH`.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from target_nav.mission.model import Attribute
 from target_nav.mission.problems import Position, Report
 
 MAX_BYTES = 1_000_000
+MAX_ELEMENTS = 20_000
 MAX_DEPTH = 64
 
 _ATTRIBUTE = re.compile(rb"""\s+([^\s=]+)\s*=\s*(?:"[^"]*"|'[^']*')""")
@@ -88,11 +89,18 @@ class _Places:
         self._data = data
         self._shown = shown
         self._starts = [0, *(match.end() for match in _NEWLINE.finditer(data))]
+        # Places are asked for in the order of the file: counting on from the last one keeps a file that is all one
+        # line from taking quadratic time.
+        self._last_byte, self._last_column = 0, 1
 
     def at(self, byte: int) -> Position:
         line = bisect.bisect_right(self._starts, byte)
-        before = self._data[self._starts[line - 1] : byte]
-        return Position(self._shown, line, len(before.decode("utf-8", errors="ignore")) + 1)
+        begin, column = self._starts[line - 1], 1
+        if begin <= self._last_byte <= byte:
+            begin, column = self._last_byte, self._last_column
+        column += len(self._data[begin:byte].decode("utf-8", errors="ignore"))
+        self._last_byte, self._last_column = byte, column
+        return Position(self._shown, line, column)
 
 
 class _Reader:
@@ -100,6 +108,7 @@ class _Reader:
         self._data = data
         self._report = report
         self._places = _Places(data, shown)
+        self._count = 0
         self._open: list[Element] = []
         self._root: Element | None = None
         self._parser = expat.ParserCreate("utf-8")
@@ -132,6 +141,9 @@ class _Reader:
 
     def _start(self, tag: str, pairs: list[str]) -> None:
         byte = self._parser.CurrentByteIndex
+        self._count += 1
+        if self._count > MAX_ELEMENTS:
+            raise _Refused(byte, f"has more than {MAX_ELEMENTS} tags, the most a mission file may have")
         if len(self._open) >= MAX_DEPTH:
             raise _Refused(byte, f"<{tag}> is nested more than {MAX_DEPTH} deep; use a SubTree")
         position = self._places.at(byte)

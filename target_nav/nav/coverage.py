@@ -26,8 +26,9 @@ _NEAREST_M = 0.3
 _VIEW_RAY_RAD = 0.02
 _RAY_STEP_M = 0.08
 """Together finer than a cell everywhere in range: else some cells in sight would never be hit."""
-_GAIN_STEP_M = 0.2
+_GAIN_STEP_M = 0.1
 _GAIN_RAYS = 48
+_KNOWN_RAYS = 120
 
 
 class Coverage:
@@ -41,6 +42,7 @@ class Coverage:
         angles = np.arange(_GAIN_RAYS) * (2.0 * math.pi / _GAIN_RAYS) - math.pi
         self.ray_angles_rad = angles
         """Directions in odom that `unseen_by_ray_m2` answers for."""
+        self._all_round = np.arange(_KNOWN_RAYS) * (2.0 * math.pi / _KNOWN_RAYS)
         self.begin(Pose2D())
 
     def begin(self, pose_in_odom: Pose2D) -> None:
@@ -49,6 +51,7 @@ class Coverage:
         self._blocked = np.zeros((_SIDE, _SIDE), dtype=np.bool_)
         self._shade = np.zeros((_SIDE, _SIDE), dtype=np.bool_)
         self._looks = np.zeros((_SIDE, _SIDE), dtype=np.uint8)
+        self._known = np.zeros((_SIDE, _SIDE), dtype=np.bool_)
 
     def look_again(self, range_m: float) -> None:
         """Everything counts as unseen again, and the target as found only within `range_m`."""
@@ -65,6 +68,14 @@ class Coverage:
         seen_rows, seen_columns = rows[sees], columns[sees]
         looks = self._looks[seen_rows, seen_columns]
         self._looks[seen_rows, seen_columns] = np.minimum(looks + 1, _LOOKS)
+        rows, columns, sees = self._rays(here, self._all_round, _GAIN_STEP_M)
+        self._known[rows[sees], columns[sees]] = True
+
+    def is_known_free(self, spots_m: FloatArray) -> NDArray[np.bool_]:
+        """Which spots, shape (K, 2), have been in the LiDAR's line of sight and are not blocked."""
+        rows, columns = self._cells(spots_m)
+        free: NDArray[np.bool_] = self._known[rows, columns] & ~self._shade[rows, columns]
+        return free
 
     def unseen_by_ray_m2(self, spots_m: FloatArray) -> FloatArray:
         """Area still unseen that is in sight from each spot, by direction, shape (K, rays). `spots_m` is (K, 2)."""

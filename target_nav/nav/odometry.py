@@ -127,6 +127,10 @@ class OdometryIntegrator:
         self._stamp_s = stamp_s
         return Odometry(stamp_s, self._pose, scaled)
 
+    def resume(self, stamp_s: float, pose_in_odom: Pose2D) -> None:
+        """Go on from a pose that a predecessor had at `stamp_s`; what was driven since is a gap."""
+        self._stamp_s, self._pose = stamp_s, pose_in_odom
+
     def reset(self) -> None:
         """The robot's present pose becomes odom's origin; the clock and the counters go on."""
         self._pose = Pose2D()

@@ -1,8 +1,8 @@
 """What the route planner remembers beyond what the view still holds.
 
-The view's obstacles end a little beyond the look-ahead and forget after seconds what is hidden. A planner that forgets a
-wall it has just turned away from drives back to it. So cells are remembered for longer here; within the look-ahead the
-view is the authority, and what it no longer holds is dropped.
+The view's obstacles end at their radius and forget after seconds what is hidden behind something nearer. A planner that
+forgets a wall as soon as a box hides it sees a way through it. So points are remembered for longer here, unless they are
+in plain sight of the view and no longer there.
 """
 
 from __future__ import annotations
@@ -16,16 +16,18 @@ from target_nav.state.types import FloatArray
 
 _CELL_M = 0.05
 _STRIDE = 1 << 24
-_MEMORY_S = 30.0
-_FORGET_BEYOND_M = 4.0
+_MEMORY_S = 60.0
+_FORGET_BEYOND_M = 5.0
+_SECTORS = 120
+_HIDDEN_BEHIND_M = 0.15
 
 
 class RouteMemory:
     """Points in odom, one a cell, each with the time it was last in the view."""
 
-    def __init__(self, authority_m: float) -> None:
-        """`authority_m`: within this distance of the robot the view is complete."""
-        self._authority_m = authority_m
+    def __init__(self, radius_m: float) -> None:
+        """`radius_m`: how far from the robot the view's obstacles reach."""
+        self._radius_m = radius_m
         self.clear()
 
     def clear(self) -> None:
@@ -35,8 +37,7 @@ class RouteMemory:
 
     def update(self, now_s: float, robot_m: tuple[float, float], points_in_odom_m: FloatArray) -> FloatArray:
         """Take the view's points, shape (N, 2), and return all that are remembered, shape (M, 2)."""
-        away = np.hypot(self._points_m[:, 0] - robot_m[0], self._points_m[:, 1] - robot_m[1])
-        keep = (away > self._authority_m) & (away < _FORGET_BEYOND_M) & (now_s - self._seen_s < _MEMORY_S)
+        keep = self._hidden(robot_m, points_in_odom_m) & (now_s - self._seen_s < _MEMORY_S)
         cells = np.floor(points_in_odom_m / _CELL_M).astype(np.int64)
         keys = np.concatenate([cells[:, 0] * _STRIDE + cells[:, 1], self._keys[keep]])
         points = np.concatenate([points_in_odom_m, self._points_m[keep]])
@@ -46,8 +47,20 @@ class RouteMemory:
         self._points_m, self._seen_s = points[first], seen[first]
         return self._points_m
 
-    def forget_near(self, robot_m: tuple[float, float], radius_m: float) -> None:
-        """Drop what lies within `radius_m` of a point: for recoveries, in case it was never there."""
-        away = np.hypot(self._points_m[:, 0] - robot_m[0], self._points_m[:, 1] - robot_m[1])
-        keep = away > radius_m if math.isfinite(radius_m) else np.zeros(len(away), dtype=np.bool_)
-        self._keys, self._points_m, self._seen_s = self._keys[keep], self._points_m[keep], self._seen_s[keep]
+    def _hidden(self, robot_m: tuple[float, float], points_in_odom_m: FloatArray) -> NDArray[np.bool_]:
+        """Which remembered points the view cannot speak for: out of its reach, or behind something in it."""
+        sector, range_m = _polar(self._points_m, robot_m)
+        hidden = range_m > self._radius_m
+        if len(points_in_odom_m):
+            view_sector, view_range_m = _polar(points_in_odom_m, robot_m)
+            nearest = np.full(_SECTORS, math.inf)
+            np.minimum.at(nearest, view_sector, view_range_m)
+            hidden |= nearest[sector] < range_m - _HIDDEN_BEHIND_M
+        return hidden & (range_m < _FORGET_BEYOND_M)
+
+
+def _polar(points_m: FloatArray, centre_m: tuple[float, float]) -> tuple[NDArray[np.intp], FloatArray]:
+    """Sector and range of each point as seen from the centre."""
+    dx, dy = points_m[:, 0] - centre_m[0], points_m[:, 1] - centre_m[1]
+    sector = np.floor((np.arctan2(dy, dx) + math.pi) * (_SECTORS / (2.0 * math.pi))).astype(np.intp) % _SECTORS
+    return sector, np.hypot(dx, dy)

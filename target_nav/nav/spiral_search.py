@@ -29,6 +29,8 @@ _STEP_SHARE = 0.75
 _FIRST_SHARE = 0.75
 """The first way-point is so many spacings off: nearer, it sees little that turning on the spot did not."""
 _NEAR_ENOUGH_M = 0.25
+_MOST_COMPARED = 40
+"""The nearest so many way-points are compared: enough, and bounded in time."""
 _FARTHEST_WAY_M = 15.0
 """In cost: tight places count several times."""
 _NO_WAY_S = 0.5
@@ -37,11 +39,12 @@ _RINGS_M = ((0.0, 1, 0.0), (0.12, 8, 0.2), (0.24, 12, 0.5))
 _LOOK_EVERY_S = 0.25
 _SURE_SHARE = 0.9
 """Of the camera's range, in which a target is surely found."""
-_SECOND_LOOK_M = 2.0
-"""When everything in reach was seen and the target was not, it is looked for again from nearer."""
-_WORTH_M2 = 0.25
-"""New floor that is worth going or looking for: the shadow of a small box."""
-_STOP_S = 4.0
+_LOOKS = ((0.4, math.inf), (0.12, math.inf), (0.4, 2.0))
+"""Least new floor worth a way (m^2) and range at which a target counts as found (m): first the large shadows, then those
+of small boxes, then all again from nearer, in case the detector missed it."""
+_GAZE_M2 = 0.15
+"""New floor that is worth turning to."""
+_STOP_S = 3.0
 """What stopping at a way-point costs, beside the way to it."""
 _KEEP_GAZE = 1.5
 _LOOK_ROUND_SLACK = 1.3
@@ -73,7 +76,7 @@ class SpiralSearch:
         self._progress.restart()
         self._coverage.begin(view.pose_in_odom)
         self._coverage.look_again(self._range_m)
-        self._second_look = False
+        self._look = 0
         self._started_s = view.now_s
         self._last_pose: Pose2D = view.pose_in_odom
         self._way_m = 0.0
@@ -159,15 +162,15 @@ class SpiralSearch:
         return SkillStep(SkillStatus.RUNNING, within_limits(twist, self._config.robot), "looking round")
 
     def _choose_waypoint(self, view: View) -> bool:
-        """Take the way-point that shows most for its way; False if none shows anything, even at a second look."""
-        if not self._best_left(view):
-            if self._second_look:
+        """Take the way-point that shows most for its way; False if none shows anything, however closely one looks."""
+        while not self._best_left(view):
+            if self._look + 1 >= len(_LOOKS):
                 return False
-            self._second_look = True
-            self._coverage.look_again(min(_SECOND_LOOK_M, self._range_m))
+            self._look += 1
+            range_m = min(_LOOKS[self._look][1], self._range_m)
+            if range_m < self._range_m:
+                self._coverage.look_again(range_m)
             self._left = [spot for spot in self.waypoints_m if spot not in self._unreachable]
-            if not self._best_left(view):
-                return False
         self._no_way_since_s = None
         self._driver.reset()
         self._progress.restart()
@@ -177,19 +180,23 @@ class SpiralSearch:
         if not self._left:
             return False
         spots = np.array(self._left)
-        gain = self._coverage.unseen_by_ray_m2(spots).sum(axis=1)
         cost_m = self._driver.costs_to(view, spots, _FARTHEST_WAY_M)
-        worth = (gain >= _WORTH_M2) & np.isfinite(cost_m)
-        if not worth.any():
+        candidates = np.flatnonzero(self._coverage.is_known_free(spots) & np.isfinite(cost_m))
+        if len(candidates) == 0:
             return False
-        value = gain / (cost_m / self._speed_mps + _STOP_S)
-        self._waypoint = self._left[int(np.argmax(np.where(worth, value, 0.0)))]
+        candidates = candidates[np.argsort(cost_m[candidates], kind="stable")[:_MOST_COMPARED]]
+        gain = self._coverage.unseen_by_ray_m2(spots[candidates]).sum(axis=1)
+        value = np.where(gain >= _LOOKS[self._look][0], gain / (cost_m[candidates] / self._speed_mps + _STOP_S), 0.0)
+        best = int(np.argmax(value))
+        if value[best] <= 0.0:
+            return False
+        self._waypoint = self._left[int(candidates[best])]
         return True
 
     def _drop_if_seen(self) -> None:
         """On the way much is seen already; what the way-point would still show may not be worth it any more."""
         if self._waypoint is not None and self._look_round_until_s is None:
-            if float(self._coverage.unseen_by_ray_m2(np.array([self._waypoint])).sum()) < _WORTH_M2:
+            if float(self._coverage.unseen_by_ray_m2(np.array([self._waypoint])).sum()) < _LOOKS[self._look][0]:
                 self._passed_over += 1
                 self._done()
 
@@ -209,7 +216,7 @@ class SpiralSearch:
             kept = np.abs(np.remainder(angles - self._gaze_in_odom_rad + math.pi, 2.0 * math.pi) - math.pi)
             value = np.where(kept < 0.1, _KEEP_GAZE * value, value)
         best = int(np.argmax(value))
-        self._gaze_in_odom_rad = float(angles[best]) if in_picture[best] >= _WORTH_M2 else None
+        self._gaze_in_odom_rad = float(angles[best]) if in_picture[best] >= _GAZE_M2 else None
 
     def _failed(self, passed_s: float, why: str) -> SkillStep:
         words = (

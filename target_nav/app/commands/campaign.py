@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TextIO
 
 import click
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from target_nav.app.campaign import orders, run_all, table_of, write_json_lines
 from target_nav.app.paths import REFERENCE_MISSION, mission_path
+from target_nav.app.terminal import table_console
 from target_nav.mission import load_mission
 from target_nav.sim.arena import list_arenas, load_arena
 
@@ -47,7 +47,7 @@ def command(
     traces: bool,
 ) -> None:
     """Run a mission in virtual time in many arenas. Exit 0 when every run ended as its arena expects."""
-    console = Console(stderr=True)
+    console = table_console(stderr=True)
     named = _expand([first_arena, *more_arenas] if first_arena else list(more_arenas))
     path = mission_path(mission)
     # what cannot be loaded is told before the first run
@@ -64,7 +64,7 @@ def command(
             progress.advance(task)
     if out is not None:
         write_json_lines(results, out, traces)
-    Console().print(table_of(results))
+    table_console().print(table_of(results))
     failed = sorted((r for r in results if not r.as_expected), key=lambda r: (r.arena, r.seed))
     for r in failed[:20]:
         click.echo(

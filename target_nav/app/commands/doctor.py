@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import click
-from rich.console import Console
 from rich.table import Table
 
 from target_nav.app.doctor import Verdict, examine
+from target_nav.app.terminal import table_console
 from target_nav.config import Config
 
 STYLE = {Verdict.OK: "green", Verdict.NOTE: "yellow", Verdict.PROBLEM: "bold red"}
@@ -27,7 +27,7 @@ def command(ctx: click.Context, prefix: str) -> None:
     table.add_column("what to do", overflow="fold")
     for f in findings:
         table.add_row(f.subject, f"[{STYLE[f.verdict]}]{f.verdict.value}[/]", f.found, f.advice)
-    Console().print(table)
+    table_console().print(table)
     problems = sum(f.verdict is Verdict.PROBLEM for f in findings)
     click.echo(f"{problems} problem{'s' if problems != 1 else ''}")
     ctx.exit(1 if problems else 0)

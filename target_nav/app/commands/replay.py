@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from rich.console import Console
 from rich.table import Table
 
 from target_nav.app.replay import replay
+from target_nav.app.terminal import table_console
 
 
 @click.command(name="replay")
@@ -33,5 +33,5 @@ def command(ctx: click.Context, run: Path, mission: Path | None, most: int) -> N
         table.add_column(column, overflow="fold")
     for d in report.differences:
         table.add_row(str(d.tick), f"{d.now_s:.2f} s", d.what, str(d.then), str(d.now))
-    Console().print(table)
+    table_console().print(table)
     ctx.exit(1)

@@ -6,9 +6,9 @@ import math
 import time
 
 import click
-from rich.console import Console
 from rich.table import Table
 
+from target_nav.app.terminal import table_console
 from target_nav.config import Config
 from target_nav.ipc import channels
 
@@ -22,7 +22,7 @@ OLD_S = 2.0
 @click.pass_context
 def command(ctx: click.Context, prefix: str) -> None:
     """Show state, position and target, and who writes which channel. Exit 1 when no nav process runs."""
-    console = Console()
+    console = table_console()
     table = Table(title=f"channels of prefix {prefix!r}")
     for column in ("channel", "writer", "age", "sequence"):
         table.add_column(column)

@@ -48,10 +48,18 @@ def tick_node(node: Behaviour, visited: Visited) -> Status:
         node.initialise()
     status = _result(node, node.update())
     if status is not Status.RUNNING:
-        node.stop(status)
+        _end(node, status)
     node.status = status
     visited.append(node)
     return status
+
+
+def _end(leaf: Behaviour, status: Status) -> None:
+    if type(leaf).stop is Behaviour.stop:
+        # what it does but for writing a debug message, which costs more than all the rest of a leaf's tick
+        leaf.terminate(status)
+    else:
+        leaf.stop(status)
 
 
 def _result(leaf: Behaviour, status: object) -> Status:
@@ -79,8 +87,9 @@ def halt(node: Behaviour) -> None:
 def forget(node: Behaviour) -> None:
     """Clears what is left to be seen of a finished node and its descendants."""
     if node.status is not Status.INVALID:
-        for each in node.iterate():
-            each.status = Status.INVALID
+        node.status = Status.INVALID
+        for child in node.children:
+            forget(child)
 
 
 class MissionNode(Behaviour):

@@ -52,9 +52,16 @@ def test_the_arduino_node_opens_what_the_simulator_offers(options: StackOptions)
     assert option(stack["sim"], "--seed") == "7"
 
 
-def test_nobody_starts_before_what_it_needs_is_ready(options: StackOptions) -> None:
+def test_only_the_simulator_makes_the_others_wait(options: StackOptions) -> None:
     stack = by_name(simulation_stack(options, "open_floor", 7))
     assert {spec.ready for spec in stack.values()} == {ReadyWhen.REPORTED}
+    assert [name for name, spec in stack.items() if spec.holds_next and name != "nav"] == ["sim"]
+
+
+def test_the_simulated_world_never_begins_anew_in_mid_run(options: StackOptions) -> None:
+    stack = by_name(simulation_stack(options, "open_floor", 7))
+    assert stack["sim"].restart.max_failures == 1
+    assert min(spec.restart.max_failures for name, spec in stack.items() if name != "sim") > 1
 
 
 def test_cores_and_niceness_are_the_references(options: StackOptions) -> None:

@@ -67,6 +67,14 @@ def test_a_process_waits_for_the_one_before_it_to_be_ready(tmp_path: Path) -> No
         until(supervisor, running(supervisor))
 
 
+def test_a_process_that_holds_nobody_gets_ready_beside_the_next(tmp_path: Path) -> None:
+    first = shell("a", SLEEPER, ready=ReadyWhen.REPORTED, holds_next=False)
+    with Supervisor([first, shell("b", SLEEPER)], tmp_path) as supervisor:
+        until(supervisor, lambda: supervisor.statuses()[1].state is ProcessState.RUNNING)
+        assert supervisor.statuses()[0].state is ProcessState.STARTING
+        assert supervisor.state is StackState.STARTING
+
+
 def test_what_died_is_started_again_and_the_others_stay(tmp_path: Path) -> None:
     specs = [shell(name, REPORTING, ready=ReadyWhen.REPORTED, restart=QUICK) for name in ("a", "b")]
     with Supervisor(specs, tmp_path) as supervisor:
@@ -92,6 +100,15 @@ def test_a_process_that_keeps_dying_stops_the_stack_and_its_last_words_are_told(
     )
     assert "the reason" in str(caught.value)
     assert [status.state for status in supervisor.statuses()] == [ProcessState.STOPPED, ProcessState.FAILED]
+
+
+def test_a_process_that_may_not_die_ends_the_stack_at_once(tmp_path: Path) -> None:
+    spec = shell("a", "exit 1", restart=RestartPolicy(max_failures=1))
+    with (
+        Supervisor([spec], tmp_path) as supervisor,
+        pytest.raises(DeviceError, match="process a ended with exit code 1; all others"),
+    ):
+        until(supervisor, lambda: False)
 
 
 def test_exit_code_2_is_never_tried_again(tmp_path: Path) -> None:

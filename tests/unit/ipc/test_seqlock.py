@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from target_nav.errors import DeviceError
-from target_nav.ipc import header, seqlock, slots
+from target_nav.ipc import files, header, seqlock, slots
 from target_nav.ipc.channels import DET, LASER, NAV, open_reader, open_writer
 from target_nav.ipc.files import path_of
 from target_nav.ipc.header import CRC_AT, LOW, PAYLOAD_AT, lock_busy, lock_done
@@ -285,6 +285,22 @@ def test_while_a_writer_takes_over_readers_keep_what_they_have(prefix: str) -> N
             assert successor._mapping.words[header.CLAIM] % 2 == 0
             successor.write(frame(3))
             assert reader.latest() == frame(3)
+
+
+def test_a_new_file_no_writer_has_taken_over_yet_says_nothing(prefix: str) -> None:
+    path = path_of(prefix, "det")
+    with open_reader(DET, prefix) as reader:
+        with open_writer(DET, prefix) as writer:
+            writer.write(frame(1))
+            assert reader.latest() == frame(1)
+        path.unlink()
+        mapping = files.claim(path, DET.geometry)
+        assert reader.latest() == frame(1)
+        mapping.close()
+        with open_writer(DET, prefix) as writer:
+            writer.write(frame(2))
+            assert reader.latest() == frame(2)
+        assert reader.statistics == seqlock.ReaderStatistics(accepted=2, reopened=1)
 
 
 def test_a_file_that_was_removed_and_made_again_is_followed(prefix: str) -> None:

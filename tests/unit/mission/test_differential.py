@@ -23,7 +23,7 @@ from tests.unit.mission.scripted import document, set_clock
 
 bt: Any = pytest.importorskip("behaviortreepy")
 
-TREES = int(os.environ.get("TARGET_NAV_DIFFERENTIAL_TREES", "1000"))
+TREES = int(os.environ.get("TARGET_NAV_DIFFERENTIAL_TREES", "600"))
 CHUNKS = 10
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from py_trees.blackboard import Blackboard
@@ -14,17 +15,12 @@ from target_nav.mission import load_mission
 from target_nav.mission.check import check_file
 from tests.unit.mission.vocabulary import registry
 
-QUICK = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 FOLDER = Path(__file__).parent / "broken"
 REGISTRY = registry()
 
-SEEDS = [
-    path.read_text(encoding="utf-8").split("<!-- expect")[0]
-    for path in sorted(FOLDER.glob("*.xml"))
-    if path.stat().st_size
-]
-TAGS = [
-    *REGISTRY.names(),
+SEEDS = [path.read_text(encoding="utf-8").split("<!-- expect")[0] for path in sorted(FOLDER.glob("*.xml"))]
+FRAME = (
     "SubTree",
     "Action",
     "Condition",
@@ -34,7 +30,8 @@ TAGS = [
     "include",
     "root",
     "Switch2",
-]
+)
+TAGS = (*REGISTRY.names(), *FRAME)
 NAMES = [
     "ID",
     "name",
@@ -45,7 +42,6 @@ NAMES = [
     "msec",
     "_autoremap",
     "_skipIf",
-    "success_count",
     "path",
 ]
 VALUES = [
@@ -62,9 +58,6 @@ VALUES = [
     "{_c}",
     "{clock/now_s}",
     "{T/a}",
-    "true",
-    "",
-    "..",
     "{",
 ]
 
@@ -75,14 +68,12 @@ def load_or_refuse(data: bytes) -> None:
         path.write_bytes(data)
         Blackboard.clear()
         errors = [problem for problem in check_file(path, REGISTRY) if problem.severity == "error"]
-        try:
-            load_mission(path, REGISTRY)
-        except MissionError as error:
-            assert errors
-            assert str(error).count("\n") + 1 >= len(errors)
-            assert all(problem.line >= 1 and problem.column >= 1 for problem in errors)
+        assert all(problem.line >= 1 and problem.column >= 1 for problem in errors)
+        if errors:
+            with pytest.raises(MissionError):
+                load_mission(path, REGISTRY)
         else:
-            assert not errors
+            load_mission(path, REGISTRY)
 
 
 @QUICK
@@ -94,11 +85,8 @@ def test_any_bytes(data: bytes) -> None:
 @QUICK
 @given(st.text(max_size=200))
 def test_any_text_inside_a_mission(text: str) -> None:
-    load_or_refuse(
-        f'<root BTCPP_format="4"><BehaviorTree ID="Main">{text}</BehaviorTree></root>'.encode(
-            "utf-8", "replace"
-        )
-    )
+    whole = f'<root BTCPP_format="4"><BehaviorTree ID="Main">{text}</BehaviorTree></root>'
+    load_or_refuse(whole.encode("utf-8", "replace"))
 
 
 @QUICK
@@ -115,31 +103,25 @@ def test_missions_with_pieces_cut_out_doubled_and_swapped(seed: str, data: st.Da
     load_or_refuse(text.encode())
 
 
-nodes = st.recursive(
-    st.builds(
-        lambda tag, attributes: (tag, attributes, []),
-        st.sampled_from(TAGS),
-        st.dictionaries(st.sampled_from(NAMES), st.sampled_from(VALUES), max_size=3),
-    ),
-    lambda children: st.builds(
-        lambda tag, attributes, inner: (tag, attributes, inner),
-        st.sampled_from(TAGS),
-        st.dictionaries(st.sampled_from(NAMES), st.sampled_from(VALUES), max_size=3),
-        st.lists(children, min_size=1, max_size=3),
-    ),
+def element(tag: str, attributes: dict[str, str], children: list[str]) -> str:
+    said = "".join(f' {name}="{value}"' for name, value in attributes.items())
+    return f"<{tag}{said}>{''.join(children)}</{tag}>"
+
+
+tags = st.sampled_from(TAGS)
+attributes = st.dictionaries(st.sampled_from(NAMES), st.sampled_from(VALUES), max_size=3)
+elements = st.recursive(
+    st.builds(element, tags, attributes, st.just([])),
+    lambda children: st.builds(element, tags, attributes, st.lists(children, min_size=1, max_size=3)),
     max_leaves=12,
 )
 
 
-def written(node: tuple[str, dict[str, str], list[object]]) -> str:
-    tag, attributes, children = node
-    inside = "".join(written(child) for child in children)  # type: ignore[arg-type]
-    return f"<{tag}{''.join(f' {name}={chr(34)}{value}{chr(34)}' for name, value in attributes.items())}>{inside}</{tag}>"
-
-
 @QUICK
-@given(st.lists(nodes, min_size=1, max_size=3))
-def test_any_tree_of_known_words(trees: list[tuple[str, dict[str, str], list[object]]]) -> None:
-    names = ["Main", "T", "U"]
-    parts = [f'<BehaviorTree ID="{name}">{written(tree)}</BehaviorTree>' for name, tree in zip(names, trees)]
-    load_or_refuse(f'<root BTCPP_format="4" main_tree_to_execute="Main">{"".join(parts)}</root>'.encode())
+@given(st.lists(elements, min_size=1, max_size=3))
+def test_any_tree_of_known_words(contents: list[str]) -> None:
+    trees = [
+        f'<BehaviorTree ID="{name}">{inside}</BehaviorTree>'
+        for name, inside in zip(("Main", "T", "U"), contents)
+    ]
+    load_or_refuse(f'<root BTCPP_format="4" main_tree_to_execute="Main">{"".join(trees)}</root>'.encode())

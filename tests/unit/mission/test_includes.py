@@ -71,7 +71,7 @@ def test_problems_are_told_with_the_path_from_where_one_stands(
     write(tmp_path / "trees/parts/a.xml", tree("A", "<Lok/>"))
     monkeypatch.chdir(tmp_path)
     (problem,) = check_file("trees/main.xml", registry())
-    assert str(problem).startswith("trees/parts/a.xml:1:47: error: unknown node Lok")
+    assert str(problem).startswith("trees/parts/a.xml:1:45: error: unknown node Lok")
 
 
 def test_a_link_out_of_the_folder_is_outside(tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         return str(share)
 
     module = types.ModuleType("ament_index_python.packages")
-    module.get_package_share_directory = get_package_share_directory  # type: ignore[attr-defined]
+    module.get_package_share_directory = get_package_share_directory
     monkeypatch.setitem(sys.modules, "ament_index_python", types.ModuleType("ament_index_python"))
     monkeypatch.setitem(sys.modules, "ament_index_python.packages", module)
     return share

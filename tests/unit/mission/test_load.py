@@ -108,7 +108,7 @@ def test_built_ins_know_where_they_are_defined(tmp_path: Path) -> None:
     assert root.origin.startswith(f"{tmp_path}/mission.xml:1:")
 
 
-# -- ports --------------------------------------------------------------------------------------------------------------
+# -- ports ---------------------------------------------------------------------------------------------------
 
 
 def test_literals_reach_a_leaf_in_their_types(tmp_path: Path) -> None:
@@ -135,7 +135,7 @@ def test_ports_that_are_not_given_have_their_defaults(tmp_path: Path) -> None:
 
 def test_two_leaves_of_one_name_do_not_share_their_literals(tmp_path: Path) -> None:
     root = load(tmp_path, '<Sequence><Drive speed_mps="1"/><Drive speed_mps="2"/></Sequence>').root
-    assert [leaf.get_input("speed_mps") for leaf in root.children] == [1.0, 2.0]  # type: ignore[attr-defined]
+    assert [leaf.get_input("speed_mps") for leaf in root.children] == [1.0, 2.0]
 
 
 def test_a_key_connects_an_output_with_an_input(tmp_path: Path) -> None:
@@ -144,16 +144,16 @@ def test_a_key_connects_an_output_with_an_input(tmp_path: Path) -> None:
         '<Sequence><Measure distance_m="{d}"/><Drive speed_mps="{d}"/><Drive speed_mps=" {d} "/></Sequence>',
     )
     measure, drive, _ = mission.root.children
-    measure._set_output("distance_m", 2.5)  # type: ignore[attr-defined]
+    measure._set_output("distance_m", 2.5)
     assert Blackboard.get("/d") == 2.5
-    assert drive.get_input("speed_mps") == 2.5  # type: ignore[attr-defined]
+    assert drive.get_input("speed_mps") == 2.5
 
 
 def test_the_ports_own_name_as_key(tmp_path: Path) -> None:
     mission = load(
         tmp_path, '<Sequence><Measure distance_m="{=}"/><Drive speed_mps="{distance_m}"/></Sequence>'
     )
-    mission.root.children[0]._set_output("distance_m", 2.5)  # type: ignore[attr-defined]
+    mission.root.children[0]._set_output("distance_m", 2.5)
     assert Blackboard.get("/distance_m") == 2.5
 
 
@@ -187,7 +187,7 @@ def test_built_ins_take_literals_keys_and_defaults(tmp_path: Path) -> None:
     assert (parallel.input("success_count"), parallel.input("failure_count")) == (-1, 2)
 
 
-# -- subtrees -----------------------------------------------------------------------------------------------------------
+# -- subtrees ------------------------------------------------------------------------------------------------
 
 APPROACH = (
     '<BehaviorTree ID="Approach"><Drive speed_mps="{speed}" label="{text}" reason="{why}"/></BehaviorTree>'
@@ -211,12 +211,12 @@ def test_what_a_subtree_is_given(tmp_path: Path) -> None:
     mission = load(tmp_path, tree, APPROACH)
     Blackboard.set("/v", 4.0)
     first, second = (node for node in mission.root.iterate() if node.name == "Drive")
-    assert [(leaf.get_input("speed_mps"), leaf.get_input("label")) for leaf in (first, second)] == [  # type: ignore[attr-defined]
+    assert [(leaf.get_input("speed_mps"), leaf.get_input("label")) for leaf in (first, second)] == [
         (0.5, "first"),
         (4.0, "second"),
     ]
-    first._set_output("reason", "one")  # type: ignore[attr-defined]
-    second._set_output("reason", "two")  # type: ignore[attr-defined]
+    first._set_output("reason", "one")
+    second._set_output("reason", "two")
     assert (Blackboard.get("/because"), Blackboard.get("/Approach_2/why")) == ("one", "two")
 
 
@@ -247,7 +247,8 @@ def test_a_constant_goes_through_several_subtrees(tmp_path: Path) -> None:
 
 
 def test_a_constant_that_is_written_in_the_subtree_is_where_it_begins(tmp_path: Path) -> None:
-    inner = '<BehaviorTree ID="T"><Sequence><Drive speed_mps="{d}"/><Measure distance_m="{d}"/></Sequence></BehaviorTree>'
+    nodes = '<Sequence><Drive speed_mps="{d}"/><Measure distance_m="{d}"/></Sequence>'
+    inner = f'<BehaviorTree ID="T">{nodes}</BehaviorTree>'
     mission = load(tmp_path, '<SubTree ID="T" d="0.5"/>', inner)
     assert find(mission, "Drive").get_input("speed_mps") == 0.5
     find(mission, "Measure")._set_output("distance_m", 1.25)
@@ -285,7 +286,7 @@ def test_a_key_read_as_two_types_from_one_constant(tmp_path: Path) -> None:
     assert (leaf.status, leaf.seen) == (Status.SUCCESS, {"count": 4, "text": "4"})
 
 
-# -- bounds -------------------------------------------------------------------------------------------------------------
+# -- bounds --------------------------------------------------------------------------------------------------
 
 
 def test_subtrees_that_multiply_are_stopped(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from target_nav.mission.parse import MAX_BYTES, MAX_DEPTH, Element, parse_bytes, parse_file
+from target_nav.mission.parse import MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, Element, parse_bytes, parse_file
 from target_nav.mission.problems import Report
 
 
@@ -71,6 +71,14 @@ def test_what_is_not_utf8_is_told_with_its_place() -> None:
 def test_too_large_a_file_is_refused() -> None:
     assert complaint(b"<root>" + b" " * MAX_BYTES + b"</root>").endswith(
         f"is larger than {MAX_BYTES} bytes, the most a mission file may have"
+    )
+
+
+def test_too_many_tags_are_refused() -> None:
+    fits = b"<a/>" * (MAX_ELEMENTS - 1)
+    assert len(parsed(b"<root>" + fits + b"</root>").children) == MAX_ELEMENTS - 1
+    assert complaint(b"<root>" + fits + b"<a/></root>").endswith(
+        f"has more than {MAX_ELEMENTS} tags, the most a mission file may have"
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from pathlib import Path
 
 import py_trees
 import pytest
@@ -74,7 +74,7 @@ def test_of_a_tree_that_was_never_ticked(trace: MakeTrace) -> None:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_of_random_trees_in_every_tick(seed: int, tmp_path: Any) -> None:
+def test_of_random_trees_in_every_tick(seed: int, tmp_path: Path) -> None:
     trial = make_trial(seed)
     tree = Trace(tmp_path, trial.scripts, xml=trial.xml)
     for tick in range(8):
@@ -185,7 +185,7 @@ def test_long_values_are_cut_and_missing_ones_are_dashes(trace: MakeTrace) -> No
     assert snapshot_of(tree.root, blackboard_data=True).blackboard_on_visited_path == (("/clock/now_s", "-"),)
 
 
-# -- changes ------------------------------------------------------------------------------------------------------------
+# -- changes -------------------------------------------------------------------------------------------------
 
 
 def test_changes_are_noticed(trace: MakeTrace) -> None:

@@ -6,6 +6,7 @@ simulator is used, so the two can contradict each other.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -310,3 +311,31 @@ def detection(
 def error_m(track: Track | None, pin: tuple[float, float]) -> float:
     """Distance of a track to where the pin really is; inf without a track."""
     return math.inf if track is None else math.hypot(track.x_m - pin[0], track.y_m - pin[1])
+
+
+def mirrored_odometry(odometry: Odometry) -> Odometry:
+    """The same, seen in a mirror along the x axis."""
+    pose, twist = odometry.pose_in_odom, odometry.twist_in_base
+    return Odometry(
+        odometry.stamp_s,
+        Pose2D(pose.x_m, -pose.y_m, -pose.yaw_rad),
+        Twist2D(twist.vx_mps, -twist.vy_mps, -twist.wz_radps),
+    )
+
+
+def mirrored_scan(scan: Scan) -> Scan:
+    """A laser in a mirror turns the other way round."""
+    return dataclasses.replace(
+        scan, angle_min_rad=-scan.angle_min_rad, angle_increment_rad=-scan.angle_increment_rad
+    )
+
+
+def mirrored_frame(frame: DetectionFrame, config: Config) -> DetectionFrame:
+    width_px = config.camera.width_px
+    return dataclasses.replace(
+        frame,
+        detections=tuple(
+            dataclasses.replace(seen, bearing_rad=-seen.bearing_rad, u_px=width_px - seen.u_px)
+            for seen in frame.detections
+        ),
+    )

@@ -118,6 +118,43 @@ def test_a_wall_full_of_holes_is_no_forest_of_pins(distance_m: float, angle: flo
     assert len(fixes_near(world, *foot, gate_m=0.5)) <= 1
 
 
+def view_with(returns: dict[int, float]) -> PolarView:
+    """The view of a still robot with a beam a degree, beam 0 straight ahead, and nothing but these returns."""
+    beams = np.array(sorted(returns))
+    ranges = np.array([returns[beam] for beam in beams.tolist()])
+    return PolarView(0.0, 0.0, 10.0, math.radians(1.0), ranges, np.radians(beams.astype(float)))
+
+
+def test_a_wall_of_which_only_every_fourth_beam_comes_back_is_no_row_of_pins() -> None:
+    wall = view_with(dict.fromkeys(range(-40, 41, 4), 2.0))
+    assert len(find_clusters(wall)) == 21
+    assert target_fixes(wall, [(2.04, 0.0)], 0.5, WIDTH_M) == []
+    alone = view_with({0: 2.0})
+    assert len(target_fixes(alone, [(2.04, 0.0)], 0.5, WIDTH_M)) == 1
+
+
+def test_one_return_where_a_pin_would_fill_seven_beams_is_no_pin() -> None:
+    assert target_fixes(view_with({0: 0.6}), [(0.64, 0.0)], 0.3, WIDTH_M) == []
+    assert target_fixes(view_with({0: 0.6, 1: 0.6, 2: 0.6}), [(0.64, 0.0)], 0.3, WIDTH_M) != []
+
+
+def test_half_a_pin_may_be_either_half() -> None:
+    """Of a pin that fills beams -3 to 3 only the left half came back: its centre is off, and the fix knows."""
+    whole = {beam: 0.64 - math.sqrt(0.04**2 - (0.64 * math.radians(beam)) ** 2) for beam in range(-3, 4)}
+    (full,) = target_fixes(view_with(whole), [(0.64, 0.0)], 0.3, WIDTH_M)
+    (half,) = target_fixes(view_with({b: r for b, r in whole.items() if b > 0}), [(0.64, 0.0)], 0.3, WIDTH_M)
+    assert abs(full.y_m) < 0.001
+    assert half.y_m > 0.015
+    assert half.y_m < 2.0 * math.sqrt(half.covariance_m2[3])
+    assert half.covariance_m2[3] > 1.5 * full.covariance_m2[3]
+
+
+def test_what_is_left_of_a_thing_behind_another_is_marked_as_hidden() -> None:
+    world = World(pins=[(1.8, 0.0)], walls=box(1.0, 0.10, 0.2, 0.2))
+    found = target_fixes(view_of(world), [(1.8, 0.0)], 0.3, WIDTH_M)
+    assert [fix.hidden for fix in found] == [True]
+
+
 def test_two_pins_are_two() -> None:
     assert len(fixes_near(World(pins=[(1.0, 0.12), (1.0, -0.12)]), 1.0, 0.0)) == 2
 

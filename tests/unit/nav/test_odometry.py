@@ -174,6 +174,16 @@ def test_reset_makes_this_pose_the_origin_and_keeps_the_clock() -> None:
     assert after.pose_in_odom.x_m == pytest.approx(0.01)
 
 
+def test_a_successor_goes_on_from_the_last_pose() -> None:
+    odometry = OdometryIntegrator()
+    odometry.resume(10.0, Pose2D(1.0, 2.0, math.pi / 2))
+    after = odometry.add(12.0, Twist2D(0.1, 0.0, 0.0))
+    assert after is not None
+    assert odometry.in_gap
+    assert after.pose_in_odom.x_m == pytest.approx(1.0)
+    assert after.pose_in_odom.y_m == pytest.approx(2.025)
+
+
 @given(st.lists(st.tuples(speed, speed, turn), min_size=1, max_size=40))
 def test_the_covariance_stays_one_and_grows(twists: list[tuple[float, float, float]]) -> None:
     odometry = OdometryIntegrator()

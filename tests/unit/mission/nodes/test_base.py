@@ -16,7 +16,7 @@ class Forgetful(py_trees.behaviour.Behaviour):
     """Forgets to return its status."""
 
     def update(self) -> Status:
-        return None  # type: ignore[return-value]
+        return None
 
 
 def test_every_built_in_says_what_it_does_and_what_its_ports_are_for() -> None:
