@@ -17,6 +17,7 @@ COMMANDS = {
     "render": "target_nav.app.commands.render",
     "replay": "target_nav.app.commands.replay",
     "doctor": "target_nav.app.commands.doctor",
+    "say": "target_nav.app.commands.say",
     "status": "target_nav.app.commands.status",
 }
 

@@ -29,7 +29,7 @@ from target_nav.mission import load_mission
 from target_nav.sim.arena import Arena, load_arena
 from target_nav.sim.judge import judge
 from target_nav.state.snapshots import NavSnapshot
-from target_nav.state.types import Command, CommandKind, NavState, Outcome, OutcomeKind, Pose2D, Twist2D
+from target_nav.state.types import NavState, Outcome, OutcomeKind, Pose2D, Twist2D
 
 if TYPE_CHECKING:
     from target_nav.app.tree_client import TreeClient
@@ -64,6 +64,8 @@ def run_stack(order: StackOrder) -> dict[str, Any]:
     arena = load_arena(order.arena_name) if order.arena_name is not None else None
     config = (arena.config if arena is not None else Config()).override({"ipc.prefix": order.prefix})
     _refuse_second_instance(order.prefix)
+    # a reader would first meet the last words of an earlier run
+    channels.remove(order.prefix)
     folder = make_run_folder(order.out)
     config_file = folder.path / "config.yaml"
     write_config(config, config_file)
@@ -96,16 +98,6 @@ def run_stack(order: StackOrder) -> dict[str, Any]:
             watch.interrupted = True
         watch.interrupted = watch.interrupted or feed.interrupted
     return _conclude(order, arena, folder, watch)
-
-
-def say(prefix: str, kind: CommandKind) -> None:
-    """Send one operator command.
-
-    Raises:
-        DeviceError: another operator holds the command channel.
-    """
-    with contextlib.closing(channels.open_command_writer(prefix)) as writer:
-        writer.push(Command(time.monotonic(), kind))
 
 
 class _Watch:

@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable
 
 from target_nav.config import Config
+from target_nav.nav.guarded import GuardedSkill
 from target_nav.nav.skill import SkillStatus, SkillStep, View
 from target_nav.state.types import STOP, Detection
 from target_nav.utils.frames import to_child
@@ -28,9 +29,15 @@ _DRIFT = 1.3
 """Dead reckoning is given so much more tolerance than the LiDAR."""
 
 
-class ConfirmArrival:
+class ConfirmArrival(GuardedSkill):
     def __init__(
-        self, config: Config, *, stand_off_m: float, confirm_s: float, target_radius_m: float, timeout_s: float
+        self,
+        config: Config,
+        *,
+        stand_off_m: float,
+        confirm_s: float,
+        target_radius_m: float,
+        timeout_s: float,
     ) -> None:
         """Succeeds when `arrival.min_signals` (two at least) agree for `confirm_s`; fails after `timeout_s`."""
         self._config = config
@@ -46,14 +53,14 @@ class ConfirmArrival:
         # Three signals are all there are.
         self._needed = min(self._needed, len(self._signals))
 
-    def start(self, view: View) -> None:
+    def _begin(self, view: View) -> None:
         self._started_s = view.now_s
         self._agreed_since_s: float | None = None
         self._holds = dict.fromkeys(self._signals, False)
         track = view.track
         self._target_m = (track.x_m, track.y_m) if track is not None and track.confirmed else None
 
-    def step(self, view: View) -> SkillStep:
+    def _step(self, view: View) -> SkillStep:
         for name, signal in self._signals.items():
             self._holds[name] = signal(view, _KEEPS if self._holds[name] else 1.0)
         agree = [name for name, holds in self._holds.items() if holds]

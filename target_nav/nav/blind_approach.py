@@ -13,7 +13,8 @@ import math
 import numpy as np
 
 from target_nav.config import Config
-from target_nav.nav.footprint import FAR_M, Footprint, as_points
+from target_nav.nav.footprint import FAR_M, Footprint
+from target_nav.nav.guarded import GuardedSkill
 from target_nav.nav.skill import SkillStatus, SkillStep, View
 from target_nav.nav.speed import YawControl, braking_speed_mps, over_dead_band, within_limits
 from target_nav.nav.staging import without_own
@@ -43,9 +44,15 @@ _DECEL_SHARE = 0.15
 """Of the braking limit: the last decimetres are driven gently, for the LiDAR measures five times a second only."""
 
 
-class BlindApproach:
+class BlindApproach(GuardedSkill):
     def __init__(
-        self, config: Config, *, stand_off_m: float, speed_mps: float, timeout_s: float, target_radius_m: float
+        self,
+        config: Config,
+        *,
+        stand_off_m: float,
+        speed_mps: float,
+        timeout_s: float,
+        target_radius_m: float,
     ) -> None:
         """Succeeds standing with the front edge `stand_off_m` from the target's surface, facing it.
 
@@ -59,7 +66,7 @@ class BlindApproach:
         self._speed_mps, self._timeout_s = speed_mps, timeout_s
         self._yaw = YawControl(config.robot, top_radps=0.5, rest_rad=_YAW_RAD / 3.0)
 
-    def start(self, view: View) -> None:
+    def _begin(self, view: View) -> None:
         self._started_s = view.now_s
         self._target_m: tuple[float, float] | None = None
         self._heading_rad = view.pose_in_odom.yaw_rad
@@ -67,15 +74,15 @@ class BlindApproach:
         self._blocked_since_s: float | None = None
         self._still_since_s: float | None = None
         self._yaw.reset()
-        if view.track is not None and math.isfinite(view.track.x_m + view.track.y_m):
+        if view.track is not None:
             self._target_m = (view.track.x_m, view.track.y_m)
             self._aim(view)
 
-    def step(self, view: View) -> SkillStep:
+    def _step(self, view: View) -> SkillStep:
         if self._target_m is None:
-            return SkillStep(SkillStatus.FAILURE, STOP, "no target to approach: there was no track at the start")
-        if not view.pose_in_odom.is_finite():
-            return SkillStep(SkillStatus.RUNNING, STOP, "no pose")
+            return SkillStep(
+                SkillStatus.FAILURE, STOP, "no target to approach: there was no track at the start"
+            )
         pushed = self._refine(view, view.track)
         if pushed:
             return SkillStep(SkillStatus.FAILURE, STOP, pushed)
@@ -96,8 +103,6 @@ class BlindApproach:
     def _refine(self, view: View, track: Track | None) -> str:
         """Take over what still measures the target; why to give up, or nothing."""
         if track is None or not track.confirmed or self._target_m is None:
-            return ""
-        if not math.isfinite(track.x_m + track.y_m):
             return ""
         ranged = view.now_s - track.last_ranged_s <= _RANGED_RECENTLY_S
         seen = view.now_s - track.last_seen_s <= _SEEN_RECENTLY_S
@@ -144,7 +149,7 @@ class BlindApproach:
         way_m = math.hypot(along_m, across_m)
         assert self._target_m is not None
         target = to_child(view.pose_in_odom, *self._target_m)
-        points = without_own(as_points(view.obstacles_in_base_m), target, _OWN_RADIUS_M)
+        points = without_own(view.obstacles_in_base_m, target, _OWN_RADIUS_M)
         if len(points) == 0 or way_m < _ALONG_DONE_M or abs(yaw_error) > _TURN_FIRST_RAD:
             self._blocked_since_s = None
             return ""

@@ -27,8 +27,8 @@ _VIEW_RAY_RAD = 0.02
 _RAY_STEP_M = 0.08
 """Together finer than a cell everywhere in range: else some cells in sight would never be hit."""
 _GAIN_STEP_M = 0.1
-_GAIN_RAYS = 48
-_KNOWN_RAYS = 120
+_GAIN_RAYS = 72
+_KNOWN_RAYS = 180
 
 
 class Coverage:
@@ -70,6 +70,12 @@ class Coverage:
         self._looks[seen_rows, seen_columns] = np.minimum(looks + 1, _LOOKS)
         rows, columns, sees = self._rays(here, self._all_round, _GAIN_STEP_M)
         self._known[rows[sees], columns[sees]] = True
+
+    def settle(self, pose_in_odom: Pose2D) -> None:
+        """Everything in sight from here counts as seen: it was looked round as far as it was worth it."""
+        here = np.array([[pose_in_odom.x_m, pose_in_odom.y_m]])
+        rows, columns, sees = self._rays(here, self._all_round, _RAY_STEP_M)
+        self._looks[rows[sees], columns[sees]] = _LOOKS
 
     def is_known_free(self, spots_m: FloatArray) -> NDArray[np.bool_]:
         """Which spots, shape (K, 2), have been in the LiDAR's line of sight and are not blocked."""

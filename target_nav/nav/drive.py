@@ -13,11 +13,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from target_nav.config import Config
-from target_nav.nav.footprint import FAR_M, Footprint, as_points
+from target_nav.nav.footprint import FAR_M, Footprint
 from target_nav.nav.route import Route, RoutePlanner
 from target_nav.nav.route_memory import RouteMemory
 from target_nav.nav.skill import View
-from target_nav.nav.speed import YawControl, braking_speed_mps, clearance_speed_mps, over_dead_band, within_limits
+from target_nav.nav.speed import (
+    YawControl,
+    braking_speed_mps,
+    clearance_speed_mps,
+    over_dead_band,
+    within_limits,
+)
 from target_nav.nav.vfh import Steering, Vfh
 from target_nav.state.types import STOP, FloatArray, Twist2D
 from target_nav.utils.frames import points_to_parent, to_child
@@ -103,7 +109,7 @@ class Driver:
         `straight_to_m` (in base_link) needs no route: the caller has seen that the way there is free.
         `extra_points_m` are further things to keep off, in base_link. `limit_m` bounds the cost of a way.
         """
-        points = as_points(view.obstacles_in_base_m)
+        points = view.obstacles_in_base_m
         leg = self._leg(view, goals, points, straight_to_m, extra_points_m, limit_m)
         if leg is None:
             return Drive(self._look(view, face_rad), math.inf, False, "no way")
@@ -115,7 +121,11 @@ class Driver:
         self._choose_heading(points, goal_rad, goal_m, face_rad)
         vfh = self._turned if self._along_the_way else self._strafing
         steering = vfh.steer(
-            points, yaw_rad=view.pose_in_odom.yaw_rad, goal_rad=goal_rad, goal_m=goal_m, motion_rad=_motion(view)
+            points,
+            yaw_rad=view.pose_in_odom.yaw_rad,
+            goal_rad=goal_rad,
+            goal_m=goal_m,
+            motion_rad=_motion(view),
         )
         if steering is None:
             self._planned_s = min(self._planned_s, view.now_s - 0.5 * _REPLAN_S)
@@ -128,7 +138,7 @@ class Driver:
         """Cost of the way to each spot in odom, shape (K,) for (K, 2); infinite without one."""
         pose = view.pose_in_odom
         here = (pose.x_m, pose.y_m)
-        known = self._memory.update(view.now_s, here, points_to_parent(pose, as_points(view.obstacles_in_base_m)))
+        known = self._memory.update(view.now_s, here, points_to_parent(pose, view.obstacles_in_base_m))
         return self._planner.costs_to(known, here, spots_m, limit_m)
 
     def _leg(
@@ -154,7 +164,9 @@ class Driver:
         # What is left counts from here, not from where the plan was made.
         gone_m = math.hypot(pose.x_m - route.points_m[0, 0], pose.y_m - route.points_m[0, 1])
         return _Leg(
-            to_child(pose, *route.next_m), math.hypot(*last) if in_sight else FAR_M, max(route.cost_m - gone_m, 0.0)
+            to_child(pose, *route.next_m),
+            math.hypot(*last) if in_sight else FAR_M,
+            max(route.cost_m - gone_m, 0.0),
         )
 
     def _route(
@@ -181,14 +193,18 @@ class Driver:
             route = self._planner.plan(known, here, spots, limit_m) if len(spots) else None
         return route
 
-    def _choose_heading(self, points: FloatArray, goal_rad: float, goal_m: float, face_rad: float | None) -> None:
+    def _choose_heading(
+        self, points: FloatArray, goal_rad: float, goal_m: float, face_rad: float | None
+    ) -> None:
         if not self._holonomic:
             return
         if self._along_the_way:
             facing = goal_rad if face_rad is None else face_rad
             c, s = math.cos(facing), math.sin(facing)
             faced = points @ np.array([[c, -s], [s, c]]) if len(points) else points
-            stands = len(faced) == 0 or float(self._body.clearances_m(faced).min()) > self._config.avoid.margin_m
+            stands = (
+                len(faced) == 0 or float(self._body.clearances_m(faced).min()) > self._config.avoid.margin_m
+            )
             free = self._strafing.free_m(faced, goal_rad - facing)
             if stands and free >= min(goal_m, _STRAFE_SIGHT_M):
                 self._along_the_way = False
@@ -205,11 +221,16 @@ class Driver:
         top = min(top_mps, braking_speed_mps(steering.free_m, decel, _REACTION_S))
         top = min(top, max(braking_speed_mps(end_m, decel, _REACTION_S), robot.min_speed_mps))
         if len(points):
-            ahead = math.cos(steering.direction_rad) * points[:, 0] + math.sin(steering.direction_rad) * points[:, 1]
+            ahead = (
+                math.cos(steering.direction_rad) * points[:, 0]
+                + math.sin(steering.direction_rad) * points[:, 1]
+            )
             front = points[ahead > 0.0]
             if len(front):
                 clearance = float(self._body.clearances_m(front).min())
-                top = clearance_speed_mps(clearance, top, _CREEP_MPS, avoid.stop_clearance_m, avoid.slow_clearance_m)
+                top = clearance_speed_mps(
+                    clearance, top, _CREEP_MPS, avoid.stop_clearance_m, avoid.slow_clearance_m
+                )
         return top
 
     def _twist(

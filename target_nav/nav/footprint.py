@@ -68,9 +68,7 @@ class Footprint:
         side = np.where(s > 0, self.half_width_m, -self.half_width_m)
         inv_c, inv_s = (1.0 / c)[:, None], (1.0 / s)[:, None]
         grow_x, grow_y = np.abs(inv_c) * margin, np.abs(inv_s) * margin
-        enter = np.maximum(
-            (x - ahead[:, None]) * inv_c - grow_x, (y - side[:, None]) * inv_s - grow_y
-        )
+        enter = np.maximum((x - ahead[:, None]) * inv_c - grow_x, (y - side[:, None]) * inv_s - grow_y)
         leave = np.minimum((x - behind[:, None]) * inv_c + grow_x, (y + side[:, None]) * inv_s + grow_y)
         met = (enter < leave) & (leave > 0.0) & (enter > -TOUCH_M)
         free: FloatArray = np.where(met, np.maximum(enter, 0.0), FAR_M).min(axis=1)

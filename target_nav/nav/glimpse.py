@@ -59,7 +59,9 @@ class Glimpse:
         """Stand and face what may be the target."""
         if view.track is None:
             return Twist2D()
-        return Twist2D(0.0, 0.0, self._yaw.rate_radps(bearing_to(view, view.track), view.twist_in_base.wz_radps))
+        return Twist2D(
+            0.0, 0.0, self._yaw.rate_radps(bearing_to(view, view.track), view.twist_in_base.wz_radps)
+        )
 
 
 def bearing_to(view: View, track: Track) -> float:

@@ -92,7 +92,8 @@ class VelocityLimiter:
         # The ramp may still carry the last velocity towards something: what is really sent is checked as well.
         held, late = self._clear(ramped, points)
         if late and not _close(held, ramped):
-            ramped = held if self._immediate(ramped, points) else self._ramp(held, dt)
+            # With no room left to brake in, braking gently is no use.
+            ramped = STOP if self._immediate(ramped, points) else self._ramp(held, dt)
             by = late
         if request is None and self._sent != STOP:
             by = by or "no request"
@@ -156,14 +157,20 @@ class VelocityLimiter:
             return 0.0
         decel = min(self._robot.max_decel_mps2, self._robot.max_yaw_accel_radps2 * self._radius_m)
         stops = braking_speed_mps(free_m, decel, _REACTION_S)
-        slows = self._robot.max_speed_mps * free_m / max(self._avoid.slow_clearance_m - self._avoid.stop_clearance_m, 1e-3)
+        slows = (
+            self._robot.max_speed_mps
+            * free_m
+            / max(self._avoid.slow_clearance_m - self._avoid.stop_clearance_m, 1e-3)
+        )
         return min(1.0, min(stops, slows) / fastest)
 
     def _overrun_m(self, twist: Twist2D) -> float:
         """Extra way because the base still goes faster in that direction than it is told to."""
         if twist.speed_mps == 0.0:
             return 0.0
-        along = (self._measured.vx_mps * twist.vx_mps + self._measured.vy_mps * twist.vy_mps) / twist.speed_mps
+        along = (
+            self._measured.vx_mps * twist.vx_mps + self._measured.vy_mps * twist.vy_mps
+        ) / twist.speed_mps
         return max(along - twist.speed_mps, 0.0) * _REACTION_S
 
     def _free_m(self, twist: Twist2D, fastest_mps: float, points: FloatArray) -> float:

@@ -13,7 +13,8 @@ import numpy as np
 
 from target_nav.config import Config
 from target_nav.nav.drive import Drive, Driver
-from target_nav.nav.footprint import Footprint, as_points
+from target_nav.nav.footprint import Footprint
+from target_nav.nav.guarded import GuardedSkill
 from target_nav.nav.progress import Progress
 from target_nav.nav.room import Room
 from target_nav.nav.skill import SkillStatus, SkillStep, View
@@ -39,10 +40,12 @@ _SETTLE_S = 1.0
 _MOST_UNSURE_M = 0.35
 _INSIDE_M = 0.12
 """Spots lie inside the range that counts, by the grid's cell and what counts as being there."""
-_KEEP_OFF = 0.05 * np.column_stack([np.cos(np.arange(8) * math.pi / 4.0), np.sin(np.arange(8) * math.pi / 4.0)])
+_KEEP_OFF = 0.05 * np.column_stack(
+    [np.cos(np.arange(8) * math.pi / 4.0), np.sin(np.arange(8) * math.pi / 4.0)]
+)
 
 
-class NavigateToTarget:
+class NavigateToTarget(GuardedSkill):
     def __init__(
         self, config: Config, *, cruise_speed_mps: float, until_range_m: float, lost_after_s: float
     ) -> None:
@@ -59,7 +62,7 @@ class NavigateToTarget:
         self._room = Room(config)
         self._progress = Progress(standing_s=_STANDING_S, no_nearer_s=_NO_NEARER_S)
 
-    def start(self, view: View) -> None:
+    def _begin(self, view: View) -> None:
         self._driver.forget()
         self._progress.restart()
         self._started_s = view.now_s
@@ -76,7 +79,7 @@ class NavigateToTarget:
         self._shun_until_s = -math.inf
         self._is_straight = False
 
-    def step(self, view: View) -> SkillStep:
+    def _step(self, view: View) -> SkillStep:
         lost = self._lost(view)
         if lost:
             return SkillStep(SkillStatus.FAILURE, STOP, lost)
@@ -86,7 +89,7 @@ class NavigateToTarget:
             return SkillStep(SkillStatus.RUNNING, STOP, "waiting for a confirmed track")
         target = to_child(view.pose_in_odom, track.x_m, track.y_m)
         range_m, bearing_rad = math.hypot(*target), math.atan2(target[1], target[0])
-        points = as_points(view.obstacles_in_base_m)
+        points = view.obstacles_in_base_m
         if range_m <= self._until_m and abs(bearing_rad) < _FACING_RAD and self._clear(target, points):
             return SkillStep(SkillStatus.SUCCESS, STOP, f"target {range_m:.2f} m ahead")
         if view.now_s < self._backing_until_s:
@@ -108,14 +111,14 @@ class NavigateToTarget:
         that is what driving round a box looks like.
         """
         track = view.track
-        if track is not None and track.confirmed and math.isfinite(track.x_m + track.y_m):
+        if track is not None and track.confirmed:
             if self._known is None or track.last_seen_s > self._known.last_seen_s:
                 self._hidden_s = 0.0
             self._known = track
         since_s = view.now_s - (self._started_s if self._known is None else self._known.last_seen_s)
         if self._known is not None and since_s > _SEEN_JUST_NOW_S and self._hidden_s < _HIDDEN_S:
             target = to_child(view.pose_in_odom, self._known.x_m, self._known.y_m)
-            if self._is_hidden(target, as_points(view.obstacles_in_base_m)):
+            if self._is_hidden(target, view.obstacles_in_base_m):
                 self._hidden_s += min(max(view.dt_s, 0.0), 0.2)
         if since_s - self._hidden_s <= self._lost_after_s:
             return ""
@@ -173,7 +176,7 @@ class NavigateToTarget:
         if left_m < _INSIDE_M or view.now_s < self._shun_until_s:
             self._is_straight = False
             return None
-        points = without_own(as_points(view.obstacles_in_base_m), target, self._unsure_m(track))
+        points = without_own(view.obstacles_in_base_m, target, self._unsure_m(track))
         margin_m = self._config.avoid.margin_m + (0.01 if self._is_straight else 0.04)
         self._is_straight = straight_way_clear(
             target, points, self._body, stand_off_m=self._config.approach.stand_off_m, margin_m=margin_m
@@ -184,7 +187,7 @@ class NavigateToTarget:
         return min(_OWN_RADIUS_M + 2.0 * track.sigma_m, _MOST_UNSURE_M)
 
     def _spots(self, view: View, track: Track, target: tuple[float, float]) -> FloatArray:
-        points = without_own(as_points(view.obstacles_in_base_m), target, self._unsure_m(track))
+        points = without_own(view.obstacles_in_base_m, target, self._unsure_m(track))
         in_odom = points_to_parent(view.pose_in_odom, points)
         for margin_m in dict.fromkeys((self._margin_m, self._least_margin_m)):
             spots = approach_spots(
@@ -211,14 +214,16 @@ class NavigateToTarget:
     def _recover(self, view: View, drive: Drive, stalled: str, range_m: float) -> SkillStep:
         if self._recoveries >= _RECOVERIES:
             why = "no way to the target" if math.isinf(drive.cost_to_go_m) else stalled
-            words = f"stuck {range_m:.2f} m from the target: {why}, {self._recoveries} recoveries did not help"
+            words = (
+                f"stuck {range_m:.2f} m from the target: {why}, {self._recoveries} recoveries did not help"
+            )
             return SkillStep(SkillStatus.FAILURE, STOP, words)
         self._recoveries += 1
         route = self._driver.route
         pose = view.pose_in_odom
         ahead = to_child(pose, *route.next_m) if route is not None else (1.0, 0.0)
         ahead_rad = math.atan2(ahead[1], ahead[0])
-        direction, _ = self._room.widest(as_points(view.obstacles_in_base_m), ahead_rad + math.pi)
+        direction, _ = self._room.widest(view.obstacles_in_base_m, ahead_rad + math.pi)
         self._back_in_odom_rad = direction + pose.yaw_rad
         self._back_from = (pose.x_m, pose.y_m)
         self._backing_until_s = view.now_s + _BACK_OFF_S
@@ -228,7 +233,9 @@ class NavigateToTarget:
             self._shun_until_s = view.now_s + _BACK_OFF_S + _SHUN_S
         self._driver.forget()
         self._progress.restart()
-        return SkillStep(SkillStatus.RUNNING, STOP, f"{stalled}: recovery {self._recoveries} of {_RECOVERIES}")
+        return SkillStep(
+            SkillStatus.RUNNING, STOP, f"{stalled}: recovery {self._recoveries} of {_RECOVERIES}"
+        )
 
     def _back_off(self, view: View) -> SkillStep | None:
         """The next step of backing off; None when it is done."""
@@ -241,4 +248,6 @@ class NavigateToTarget:
         direction = self._back_in_odom_rad - pose.yaw_rad
         twist = Twist2D(_BACK_OFF_MPS * math.cos(direction), _BACK_OFF_MPS * math.sin(direction), 0.0)
         robot = self._config.robot
-        return SkillStep(SkillStatus.RUNNING, within_limits(over_dead_band(twist, robot), robot), "backing off")
+        return SkillStep(
+            SkillStatus.RUNNING, within_limits(over_dead_band(twist, robot), robot), "backing off"
+        )

@@ -74,8 +74,7 @@ class ObstacleMemory:
             points = deskewed_points_in_odom(scan, poses, self._config.lidar)
             if points is not None:
                 self._scan_stamp_s = scan.stamp_s
-                self._look_through(points)
-                self._merge(points)
+                self._merge(points, self._near_laser(points) & self._not_seen_past(points))
         if now_s >= self._next_expiry_s:
             self._expire(now_s)
 
@@ -105,12 +104,10 @@ class ObstacleMemory:
         inside: NDArray[np.bool_] = ahead & (np.abs(y_m) < robot.half_width_m - SELF_INSET_M)
         return inside
 
-    def _look_through(self, scan: ScanPoints) -> None:
-        """Count, for every remembered point, the scans in a row that saw past it, and drop those seen past enough."""
-        if not len(self._keys):
-            return
+    def _not_seen_past(self, scan: ScanPoints) -> NDArray[np.bool_]:
+        """Which remembered points stay: count the scans in a row that looked past each."""
         count = len(scan.ranges_m)
-        nearest_m, returns = _nearest_around(scan.ranges_m, scan.is_closed)
+        nearest_m = _nearest_around(scan.ranges_m, scan.is_closed)
         turn = 2.0 * math.pi / abs(scan.angle_increment_rad)
         beam = np.full(len(self._keys), count // 2)
         # The beam that looks at a point depends on where the laser was when it took that beam: two rounds converge.
@@ -126,50 +123,49 @@ class ObstacleMemory:
             covered = wanted < count
             beam = np.minimum(wanted, count - 1)
         range_m = np.hypot(dx, dy)
-        seen_past = covered & (returns[beam] >= 2) & (nearest_m[beam] > range_m + SEE_THROUGH_M)
+        # The beam itself must have come back: its neighbours pass a thin leg whose own beam is lost.
+        returned = np.isfinite(scan.ranges_m[beam])
+        seen_past = covered & returned & (nearest_m[beam] > range_m + SEE_THROUGH_M)
         self._looks_through = np.where(seen_past, self._looks_through + 1, 0)
-        self._keep(self._looks_through < np.where(self._supported, CLEARING_SCANS, 1))
+        stays: NDArray[np.bool_] = self._looks_through < np.where(self._supported, CLEARING_SCANS, 1)
+        return stays
 
-    def _merge(self, scan: ScanPoints) -> None:
-        """Add the scan's points: one a cell, the newest wins."""
+    def _merge(self, scan: ScanPoints, keep: NDArray[np.bool_]) -> None:
+        """Add the scan's points to those of the old ones that stay: one a cell, the newest wins."""
         points_m = scan.points_in_odom_m
         base_x, base_y = scan.points_in_base_m[:, 0], scan.points_in_base_m[:, 1]
         near = (base_x * base_x + base_y * base_y <= self._keep_m**2) & ~self._inside_body(base_x, base_y)
-        beside = np.zeros(len(points_m), dtype=np.bool_)
+        supported = np.zeros(len(points_m), dtype=np.bool_)
         if len(points_m) > 1:
             steps_m = points_m[1:] - points_m[:-1]
             close = np.einsum("ij,ij->i", steps_m, steps_m) < SUPPORT_M**2
-            beside[1:] |= close
-            beside[:-1] |= close
-        points_m, beside = points_m[near], beside[near]
-        if not len(points_m):
-            self._keep(self._near_laser(scan))
-            return
-        beam_times_s = np.linspace(scan.stamp_s, scan.end_s, len(scan.ranges_m))
-        stamps_s = beam_times_s[scan.beams[near]]
+            supported[1:] |= close
+            supported[:-1] |= close
+        points_m, supported = points_m[near], supported[near]
+        turn_s = scan.end_s - scan.stamp_s
+        stamps_s = scan.stamp_s + scan.beams[near] * (turn_s / max(len(scan.ranges_m) - 1, 1))
 
-        alone = np.flatnonzero(~beside)
-        if len(alone) and len(self._keys):
-            gaps = points_m[alone, None, :] - self._points_m[None, :, :]
-            beside[alone] = (np.einsum("ijk,ijk->ij", gaps, gaps) < SUPPORT_M**2).any(axis=1)
+        old_m = self._points_m[keep]
+        alone = np.flatnonzero(~supported)
+        if len(alone) and len(old_m):
+            gaps = points_m[alone, None, :] - old_m[None, :, :]
+            supported[alone] = (np.einsum("ijk,ijk->ij", gaps, gaps) < SUPPORT_M**2).any(axis=1)
 
         cells = np.floor(points_m / CELL_M).astype(np.int64)
         keys = cells[:, 0] * _KEY_STRIDE + cells[:, 1]
         # np.unique keeps the first of equal keys: new points come before old ones.
-        keep = self._near_laser(scan)
         self._keys, first = np.unique(np.concatenate((keys, self._keys[keep])), return_index=True)
-        self._points_m = np.concatenate((points_m, self._points_m[keep]))[first]
+        self._points_m = np.concatenate((points_m, old_m))[first]
         self._stamps_s = np.concatenate((stamps_s, self._stamps_s[keep]))[first]
-        self._supported = np.concatenate((beside, self._supported[keep]))[first]
-        fresh = np.zeros(len(points_m), dtype=np.int64)
-        self._looks_through = np.concatenate((fresh, self._looks_through[keep]))[first]
+        self._supported = np.concatenate((supported, self._supported[keep]))[first]
+        looks = np.concatenate((np.zeros(len(points_m), dtype=np.int64), self._looks_through[keep]))
+        self._looks_through = looks[first]
         self._schedule_expiry()
 
     def _near_laser(self, scan: ScanPoints) -> NDArray[np.bool_]:
         x_m, y_m = scan.laser_in_odom[-1, 0], scan.laser_in_odom[-1, 1]
-        near: NDArray[np.bool_] = (
-            np.hypot(self._points_m[:, 0] - x_m, self._points_m[:, 1] - y_m) <= self._keep_m
-        )
+        dx, dy = self._points_m[:, 0] - x_m, self._points_m[:, 1] - y_m
+        near: NDArray[np.bool_] = dx * dx + dy * dy <= self._keep_m**2
         return near
 
     def _lifetimes_s(self) -> FloatArray:
@@ -184,26 +180,22 @@ class ObstacleMemory:
 
     def _expire(self, now_s: float) -> None:
         of_newest_scan = self._stamps_s >= self._scan_stamp_s
-        self._keep(of_newest_scan | (self._stamps_s + self._lifetimes_s() > now_s))
-
-    def _keep(self, mask: NDArray[np.bool_]) -> None:
-        if not mask.all():
-            self._keys = self._keys[mask]
-            self._points_m = self._points_m[mask]
-            self._stamps_s = self._stamps_s[mask]
-            self._looks_through = self._looks_through[mask]
-            self._supported = self._supported[mask]
+        keep = of_newest_scan | (self._stamps_s + self._lifetimes_s() > now_s)
+        self._keys, self._points_m, self._stamps_s = (
+            self._keys[keep],
+            self._points_m[keep],
+            self._stamps_s[keep],
+        )
+        self._looks_through, self._supported = self._looks_through[keep], self._supported[keep]
         self._schedule_expiry()
 
 
-def _nearest_around(ranges_m: FloatArray, closed: bool) -> tuple[FloatArray, NDArray[np.intp]]:
-    """For each beam, the nearest return of it and two beams on either side, and how many of those five returned."""
+def _nearest_around(ranges_m: FloatArray, closed: bool) -> FloatArray:
+    """For each beam, the nearest return of it and two beams on either side; inf where none of them came back."""
     count = len(ranges_m)
     before, after = (ranges_m[-2:], ranges_m[:2]) if closed else (np.full(2, np.inf), np.full(2, np.inf))
     padded = np.concatenate((before, ranges_m, after))
-    returned = np.isfinite(padded).astype(np.intp)
-    nearest, returns = padded[:count].copy(), returned[:count].copy()
+    nearest = padded[:count].copy()
     for shift in range(1, 5):
         np.minimum(nearest, padded[shift : shift + count], out=nearest)
-        returns += returned[shift : shift + count]
-    return nearest, returns
+    return nearest

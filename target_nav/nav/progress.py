@@ -11,7 +11,9 @@ from target_nav.utils.frames import wrap_angle
 class Progress:
     """Two clocks: one for standing, one for coming no nearer."""
 
-    def __init__(self, *, standing_s: float, no_nearer_s: float, step_m: float = 0.06, nearer_m: float = 0.10) -> None:
+    def __init__(
+        self, *, standing_s: float, no_nearer_s: float, step_m: float = 0.06, nearer_m: float = 0.10
+    ) -> None:
         self._standing_s, self._no_nearer_s = standing_s, no_nearer_s
         self._step_m, self._nearer_m = step_m, nearer_m
         self._anchor: Pose2D | None = None
@@ -25,7 +27,10 @@ class Progress:
             self._anchor, self._moved_s = pose, now_s
             self._best_m, self._nearer_at_s = cost_to_go_m, now_s
         turned = abs(wrap_angle(pose.yaw_rad - self._anchor.yaw_rad))
-        if math.hypot(pose.x_m - self._anchor.x_m, pose.y_m - self._anchor.y_m) > self._step_m or turned > 0.25:
+        if (
+            math.hypot(pose.x_m - self._anchor.x_m, pose.y_m - self._anchor.y_m) > self._step_m
+            or turned > 0.25
+        ):
             self._anchor, self._moved_s = pose, now_s
         if cost_to_go_m < self._best_m - self._nearer_m:
             self._best_m, self._nearer_at_s = cost_to_go_m, now_s

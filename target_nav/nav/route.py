@@ -80,7 +80,9 @@ class RoutePlanner:
         window's rim. None: no way.
         """
         start = np.array(start_m)
-        steps, cost_grid = self._costs(points_in_odom_m - start if len(points_in_odom_m) else points_in_odom_m)
+        steps, cost_grid = self._costs(
+            points_in_odom_m - start if len(points_in_odom_m) else points_in_odom_m
+        )
         goals = self._goal_bits(goals_m, start)
         wave, reached = spread(_SIDE, steps, goals, 1 << _CENTRE, int(limit_m / CELL_M))
         if not reached:
@@ -94,6 +96,10 @@ class RoutePlanner:
         cost = float(_so_far(path, cost_grid)[-1]) * CELL_M
         self.route = Route(points, cost, length, _sight(path, cost_grid))
         return self.route
+
+    def cost_grid(self, points_in_odom_m: FloatArray, start_m: tuple[float, float]) -> NDArray[np.uint8]:
+        """The cost of each cell round `start_m`, 0 where the body does not fit; row is y, column is x."""
+        return self._costs(points_in_odom_m - np.array(start_m))[1]
 
     def costs_to(
         self, points_in_odom_m: FloatArray, start_m: tuple[float, float], spots_m: FloatArray, limit_m: float

@@ -62,5 +62,7 @@ class RouteMemory:
 def _polar(points_m: FloatArray, centre_m: tuple[float, float]) -> tuple[NDArray[np.intp], FloatArray]:
     """Sector and range of each point as seen from the centre."""
     dx, dy = points_m[:, 0] - centre_m[0], points_m[:, 1] - centre_m[1]
-    sector = np.floor((np.arctan2(dy, dx) + math.pi) * (_SECTORS / (2.0 * math.pi))).astype(np.intp) % _SECTORS
+    sector = (
+        np.floor((np.arctan2(dy, dx) + math.pi) * (_SECTORS / (2.0 * math.pi))).astype(np.intp) % _SECTORS
+    )
     return sector, np.hypot(dx, dy)

@@ -16,7 +16,9 @@ def braking_speed_mps(distance_m: float, decel_mps2: float, reaction_s: float = 
     return math.sqrt(lost * lost + 2.0 * decel_mps2 * distance_m) - lost
 
 
-def clearance_speed_mps(clearance_m: float, top_mps: float, least_mps: float, stop_m: float, slow_m: float) -> float:
+def clearance_speed_mps(
+    clearance_m: float, top_mps: float, least_mps: float, stop_m: float, slow_m: float
+) -> float:
     """Linear between `least_mps` at a clearance of `stop_m` and `top_mps` from `slow_m` on."""
     if not clearance_m > stop_m:
         return min(least_mps, top_mps)
@@ -56,7 +58,9 @@ def over_dead_band(twist: Twist2D, robot: RobotConfig) -> Twist2D:
 class YawControl:
     """Turns to a heading and holds it: proportional, over the dead-band, with a rest zone so that it does not hunt."""
 
-    def __init__(self, robot: RobotConfig, *, gain: float = 2.0, top_radps: float = 0.8, rest_rad: float = 0.02) -> None:
+    def __init__(
+        self, robot: RobotConfig, *, gain: float = 2.0, top_radps: float = 0.8, rest_rad: float = 0.02
+    ) -> None:
         """`rest_rad`: turning ends within this error and begins again at three times it."""
         self._least = robot.min_yaw_rate_radps
         self._top = min(top_radps, robot.max_yaw_rate_radps)

@@ -15,8 +15,8 @@ import numpy as np
 from target_nav.config import Config
 from target_nav.nav.coverage import Coverage
 from target_nav.nav.drive import Drive, Driver
-from target_nav.nav.footprint import as_points
 from target_nav.nav.glimpse import Glimpse, Sight
+from target_nav.nav.guarded import GuardedSkill
 from target_nav.nav.progress import Progress
 from target_nav.nav.room import Room
 from target_nav.nav.skill import SkillStatus, SkillStep, View
@@ -29,7 +29,7 @@ _STEP_SHARE = 0.75
 _FIRST_SHARE = 0.75
 """The first way-point is so many spacings off: nearer, it sees little that turning on the spot did not."""
 _NEAR_ENOUGH_M = 0.25
-_MOST_COMPARED = 40
+_MOST_COMPARED = 24
 """The nearest so many way-points are compared: enough, and bounded in time."""
 _FARTHEST_WAY_M = 15.0
 """In cost: tight places count several times."""
@@ -42,7 +42,9 @@ _SURE_SHARE = 0.9
 _LOOKS = ((0.4, math.inf), (0.12, math.inf), (0.4, 2.0))
 """Least new floor worth a way (m^2) and range at which a target counts as found (m): first the large shadows, then those
 of small boxes, then all again from nearer, in case the detector missed it."""
-_GAZE_M2 = 0.15
+_EDGE_RAD = 0.17
+"""Left out at the picture's edges when choosing where to look, so that what was looked at is then well inside."""
+_GAZE_M2 = 0.10
 """New floor that is worth turning to."""
 _STOP_S = 3.0
 """What stopping at a way-point costs, beside the way to it."""
@@ -50,7 +52,7 @@ _KEEP_GAZE = 1.5
 _LOOK_ROUND_SLACK = 1.3
 
 
-class SpiralSearch:
+class SpiralSearch(GuardedSkill):
     def __init__(
         self, config: Config, *, time_limit_s: float, radius_m: float, spacing_m: float, speed_mps: float
     ) -> None:
@@ -63,14 +65,14 @@ class SpiralSearch:
         self._glimpse = Glimpse(config.robot)
         self._progress = Progress(standing_s=2.5, no_nearer_s=8.0)
         self._yaw_rate_radps = max(config.search.yaw_rate_radps, config.robot.min_yaw_rate_radps)
-        self._yaw = YawControl(config.robot, top_radps=self._yaw_rate_radps, rest_rad=0.05)
+        self._yaw = YawControl(config.robot, top_radps=self._yaw_rate_radps, rest_rad=0.03)
         self._range_m = min(_SURE_SHARE * config.camera.max_range_m, config.track.max_range_m)
         self._coverage = Coverage(config.camera, self._range_m)
-        half_picture = config.camera.half_fov_rad - 0.07
+        half_picture = config.camera.half_fov_rad - _EDGE_RAD
         around = np.abs(np.remainder(self._coverage.ray_angles_rad + math.pi, 2.0 * math.pi) - math.pi)
         self._window = np.fft.rfft(np.fft.ifftshift((around <= half_picture).astype(np.float64)))
 
-    def start(self, view: View) -> None:
+    def _begin(self, view: View) -> None:
         self._driver.forget()
         self._glimpse.reset()
         self._progress.restart()
@@ -87,13 +89,13 @@ class SpiralSearch:
         self._passed_over = self._visited = 0
         self._unreachable: set[tuple[float, float]] = set()
         # The first way-point lies where there is most room.
-        ahead_rad, _ = self._room.widest(as_points(view.obstacles_in_base_m), 0.0)
+        ahead_rad, _ = self._room.widest(view.obstacles_in_base_m, 0.0)
         begin = replace(view.pose_in_odom, yaw_rad=view.pose_in_odom.yaw_rad + ahead_rad)
         self.waypoints_m = [to_parent(begin, x, y) for x, y in spiral(self._radius_m, self._spacing_m)]
         self._left = list(self.waypoints_m)
         self._waypoint: tuple[float, float] | None = None
 
-    def step(self, view: View) -> SkillStep:
+    def _step(self, view: View) -> SkillStep:
         pose = view.pose_in_odom
         self._way_m += math.hypot(pose.x_m - self._last_pose.x_m, pose.y_m - self._last_pose.y_m)
         self._last_pose = pose
@@ -109,17 +111,20 @@ class SpiralSearch:
             return SkillStep(SkillStatus.RUNNING, self._glimpse.twist(view), "something is there, looking")
         if view.now_s - self._looked_s >= _LOOK_EVERY_S:
             self._looked_s = view.now_s
-            self._coverage.update(pose, points_to_parent(pose, as_points(view.obstacles_in_base_m)))
+            self._coverage.update(pose, points_to_parent(pose, view.obstacles_in_base_m))
             self._choose_gaze(pose)
             self._drop_if_seen()
         if self._look_round_until_s is not None:
             if self._gaze_in_odom_rad is not None and view.now_s < self._look_round_until_s:
                 return self._look_round(view)
             self._look_round_until_s = None
+            if self._gaze_in_odom_rad is None:
+                self._coverage.settle(pose)
             self._done()
         if self._waypoint is None and not self._choose_waypoint(view):
             return self._failed(passed_s, "all in reach was seen")
-        assert self._waypoint is not None
+        if self._waypoint is None:
+            return SkillStep(SkillStatus.RUNNING, STOP, "choosing a way-point")
         return self._drive_on(view, self._waypoint)
 
     def _drive_on(self, view: View, waypoint: tuple[float, float]) -> SkillStep:
@@ -155,15 +160,23 @@ class SpiralSearch:
     def _look_round(self, view: View) -> SkillStep:
         assert self._gaze_in_odom_rad is not None
         self._progress.restart()
-        away = self._room.for_turning(as_points(view.obstacles_in_base_m))
+        away = self._room.for_turning(view.obstacles_in_base_m)
         error = wrap_angle(self._gaze_in_odom_rad - view.pose_in_odom.yaw_rad)
         wz = self._yaw.rate_radps(error, view.twist_in_base.wz_radps)
         twist = over_dead_band(Twist2D(away.vx_mps, away.vy_mps, wz), self._config.robot)
         return SkillStep(SkillStatus.RUNNING, within_limits(twist, self._config.robot), "looking round")
 
     def _choose_waypoint(self, view: View) -> bool:
-        """Take the way-point that shows most for its way; False if none shows anything, however closely one looks."""
-        while not self._best_left(view):
+        """Take the way-point that shows most for its way; False if none shows anything, however closely one looks.
+
+        Compares a bounded number a tick; True without a way-point means that there are more to compare.
+        """
+        if self._best_left(view):
+            self._no_way_since_s = None
+            self._driver.reset()
+            self._progress.restart()
+            return True
+        if self._compared_all:
             if self._look + 1 >= len(_LOOKS):
                 return False
             self._look += 1
@@ -171,32 +184,36 @@ class SpiralSearch:
             if range_m < self._range_m:
                 self._coverage.look_again(range_m)
             self._left = [spot for spot in self.waypoints_m if spot not in self._unreachable]
-        self._no_way_since_s = None
-        self._driver.reset()
-        self._progress.restart()
         return True
 
     def _best_left(self, view: View) -> bool:
+        """Compare the nearest of those left; those that show too little are not asked again in this look."""
+        self._compared_all = True
         if not self._left:
             return False
         spots = np.array(self._left)
         cost_m = self._driver.costs_to(view, spots, _FARTHEST_WAY_M)
         candidates = np.flatnonzero(self._coverage.is_known_free(spots) & np.isfinite(cost_m))
+        self._compared_all = len(candidates) <= _MOST_COMPARED
+        candidates = candidates[np.argsort(cost_m[candidates], kind="stable")[:_MOST_COMPARED]]
         if len(candidates) == 0:
             return False
-        candidates = candidates[np.argsort(cost_m[candidates], kind="stable")[:_MOST_COMPARED]]
         gain = self._coverage.unseen_by_ray_m2(spots[candidates]).sum(axis=1)
-        value = np.where(gain >= _LOOKS[self._look][0], gain / (cost_m[candidates] / self._speed_mps + _STOP_S), 0.0)
-        best = int(np.argmax(value))
-        if value[best] <= 0.0:
-            return False
-        self._waypoint = self._left[int(candidates[best])]
-        return True
+        worth = gain >= _LOOKS[self._look][0]
+        value = np.where(worth, gain / (cost_m[candidates] / self._speed_mps + _STOP_S), 0.0)
+        if worth.any():
+            self._waypoint = self._left[int(candidates[int(np.argmax(value))])]
+        worthless = {self._left[index] for index in candidates[~worth].tolist()}
+        self._left = [spot for spot in self._left if spot not in worthless]
+        return self._waypoint is not None
 
     def _drop_if_seen(self) -> None:
         """On the way much is seen already; what the way-point would still show may not be worth it any more."""
         if self._waypoint is not None and self._look_round_until_s is None:
-            if float(self._coverage.unseen_by_ray_m2(np.array([self._waypoint])).sum()) < _LOOKS[self._look][0]:
+            if (
+                float(self._coverage.unseen_by_ray_m2(np.array([self._waypoint])).sum())
+                < _LOOKS[self._look][0]
+            ):
                 self._passed_over += 1
                 self._done()
 
@@ -239,7 +256,11 @@ def spiral(radius_m: float, spacing_m: float) -> list[tuple[float, float]]:
 
 def _spots(waypoint_m: tuple[float, float]) -> FloatArray:
     rows = [
-        (waypoint_m[0] + r * math.cos(2.0 * math.pi * i / n), waypoint_m[1] + r * math.sin(2.0 * math.pi * i / n), extra)
+        (
+            waypoint_m[0] + r * math.cos(2.0 * math.pi * i / n),
+            waypoint_m[1] + r * math.sin(2.0 * math.pi * i / n),
+            extra,
+        )
         for r, n, extra in _RINGS_M
         for i in range(n)
     ]

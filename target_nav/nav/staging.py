@@ -59,7 +59,12 @@ def approach_spots(
 
 
 def straight_way_clear(
-    target_in_base_m: tuple[float, float], points_m: FloatArray, body: Footprint, *, stand_off_m: float, margin_m: float
+    target_in_base_m: tuple[float, float],
+    points_m: FloatArray,
+    body: Footprint,
+    *,
+    stand_off_m: float,
+    margin_m: float,
 ) -> bool:
     """Whether the body, turned to the target, can drive straight up to its stand-off. Points in base_link."""
     if len(points_m) == 0:
@@ -77,5 +82,7 @@ def without_own(points_m: FloatArray, target_m: tuple[float, float], radius_m: f
     """`points_m` but those within `radius_m` of the target: what the tracker has left in of the target itself."""
     if len(points_m) == 0:
         return points_m
-    kept: FloatArray = points_m[np.hypot(points_m[:, 0] - target_m[0], points_m[:, 1] - target_m[1]) > radius_m]
+    kept: FloatArray = points_m[
+        np.hypot(points_m[:, 0] - target_m[0], points_m[:, 1] - target_m[1]) > radius_m
+    ]
     return kept

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from target_nav.config import Config
-from target_nav.nav.footprint import as_points
 from target_nav.nav.glimpse import Glimpse, Sight, bearing_to
+from target_nav.nav.guarded import GuardedSkill
 from target_nav.nav.room import Room
 from target_nav.nav.skill import SkillStatus, SkillStep, View
 from target_nav.nav.speed import over_dead_band, within_limits
@@ -19,7 +19,7 @@ _FRAMES_IN_VIEW = 8
 """A target that crosses the picture is seen so many times at least: that bounds the yaw rate."""
 
 
-class TurnSearch:
+class TurnSearch(GuardedSkill):
     def __init__(self, config: Config, *, time_limit_s: float, yaw_rate_radps: float) -> None:
         """Succeeds with a confirmed track seen just now; fails after `time_limit_s` or 1.15 turns.
 
@@ -34,7 +34,7 @@ class TurnSearch:
         self._glimpse = Glimpse(robot)
         self._last_known_m: tuple[float, float] | None = None
 
-    def start(self, view: View) -> None:
+    def _begin(self, view: View) -> None:
         self._glimpse.reset()
         self._started_s = view.now_s
         self._last_yaw_rad = view.pose_in_odom.yaw_rad
@@ -45,7 +45,7 @@ class TurnSearch:
             x, y = to_child(view.pose_in_odom, *self._last_known_m)
             self._sense = math.copysign(1.0, math.atan2(y, x))
 
-    def step(self, view: View) -> SkillStep:
+    def _step(self, view: View) -> SkillStep:
         self._turned_rad += self._sense * wrap_angle(view.pose_in_odom.yaw_rad - self._last_yaw_rad)
         self._last_yaw_rad = view.pose_in_odom.yaw_rad
         self._remember(view)
@@ -60,10 +60,12 @@ class TurnSearch:
             return SkillStep(SkillStatus.RUNNING, self._glimpse.twist(view), "something is there, looking")
         if self._turned_rad >= _TURNS * 2.0 * math.pi:
             return self._failed(f"limit {_TURNS:.2f} turns", passed_s)
-        away = self._room.for_turning(as_points(view.obstacles_in_base_m))
+        away = self._room.for_turning(view.obstacles_in_base_m)
         twist = Twist2D(away.vx_mps, away.vy_mps, self._sense * self._rate_radps)
         words = f"turned {math.degrees(self._turned_rad):.0f} deg" + ("" if away == STOP else ", making room")
-        return SkillStep(SkillStatus.RUNNING, within_limits(over_dead_band(twist, self._robot), self._robot), words)
+        return SkillStep(
+            SkillStatus.RUNNING, within_limits(over_dead_band(twist, self._robot), self._robot), words
+        )
 
     def _remember(self, view: View) -> None:
         if view.track is not None:

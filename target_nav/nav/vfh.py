@@ -140,7 +140,9 @@ class Vfh:
         ends = np.flatnonzero(is_open & ~np.roll(is_open, -1))
         found: list[float] = []
         for first in starts.tolist():
-            last = next((end for end in ends.tolist() if end >= first), int(ends[0]) + count if len(ends) else first)
+            last = next(
+                (end for end in ends.tolist() if end >= first), int(ends[0]) + count if len(ends) else first
+            )
             if last - first < _NARROW_SECTORS:
                 found.append(self._angle(0.5 * (first + last)))
             else:

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+pytest.importorskip("mcap")
+pytest.importorskip("matplotlib")
+
 from target_nav.app.campaign import execute, orders, run_all, write_json_lines
 from target_nav.app.paths import mission_path
 from target_nav.app.recording import RecordingError, RunRecorder, header_of, read_run
@@ -21,7 +24,6 @@ MISSION = mission_path("bowling_pin")
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RunResult]:
-    pytest.importorskip("mcap")
     path = tmp_path_factory.mktemp("run") / "run.mcap"
     arena = load_arena("open_floor")
     with RunRecorder(path, header_of(arena.config, load_mission(MISSION))) as recorder:
@@ -88,7 +90,6 @@ def test_a_recording_that_was_cut_off_replays_up_to_the_cut(
 
 @pytest.mark.parametrize("content", [b"", b"not an mcap file", b"\x89MCAP0\r\n"])
 def test_what_is_no_recording_is_refused_with_its_name(tmp_path: Path, content: bytes) -> None:
-    pytest.importorskip("mcap")
     path = tmp_path / "odd.mcap"
     path.write_bytes(content)
     with pytest.raises(RecordingError, match=r"odd\.mcap: not a recording"):
@@ -96,7 +97,6 @@ def test_what_is_no_recording_is_refused_with_its_name(tmp_path: Path, content: 
 
 
 def test_the_picture_of_a_run_is_drawn(recorded: tuple[Path, RunResult], tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib")
     _, result = recorded
     path = tmp_path / "run.png"
     draw_run(path, load_arena("open_floor"), result.trace, result.state_changes, "a title " * 20)

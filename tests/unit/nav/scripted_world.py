@@ -171,7 +171,9 @@ class World:
         rng, finite = self.sensors.rng, np.where(np.isfinite(ranges), ranges, 99.0)
         sigma = np.interp(finite, (0.15, 0.5, 1.0, 1.5, 2.5, 3.5, 4.5, 6.0), MEASURED_SIGMA_M)
         lost = np.interp(finite, (2.0, 3.0, 4.0, 5.0), (0.16, 0.235, 0.30, 0.44))
-        ranges = ranges + self.sensors.lidar_noise * sigma * rng.normal(size=count)
+        # Heavy tails: the measured noise's 90th percentile is three times its median.
+        spread = np.exp(0.857 * rng.normal(size=count))
+        ranges = ranges + self.sensors.lidar_noise * sigma * spread * rng.normal(size=count)
         ranges[rng.random(count) < self.sensors.dropouts * lost] = np.inf
         ranges[(ranges < lidar.range_min_m) | (ranges > lidar.range_max_m)] = np.inf
         return Scan(stamp_s, -math.pi, increment, beam_s, lidar.range_min_m, lidar.range_max_m, ranges)

@@ -366,6 +366,23 @@ def test_a_pin_right_before_the_robot_at_the_start_is_found_though_its_box_is_cl
     assert error_m(track, pin) < 0.02
 
 
+def across_m(track: Track | None) -> float:
+    """Standard deviation in y; the targets here are straight ahead."""
+    assert track is not None
+    return math.sqrt(track.covariance_m2[3])
+
+
+def test_a_box_cut_off_at_the_side_is_less_sure_of_its_bearing_than_one_cut_off_at_the_top() -> None:
+    top = Feed().step(pin_at(0.5, clipped=True))
+    side = Feed().step(pin_at(0.5, clipped=True, u_px=5.0, width_px=20.0))
+    assert across_m(side) > 1.5 * across_m(top)
+
+
+def test_a_bearing_taken_while_turning_is_less_sure_for_its_stamp_is() -> None:
+    turning = Feed(Drive(Pose2D(), ((5.0, Twist2D(0.0, 0.0, 1.0)),), begin_s=10.0)).step(pin_at(2.0))
+    assert across_m(turning) > 1.3 * across_m(Feed().step(pin_at(2.0)))
+
+
 def test_a_clipped_box_is_no_evidence_for_a_pin_far_away() -> None:
     feed = Feed()
     feed.steps(5, pin_at(3.0))

@@ -131,6 +131,7 @@ def test_an_outlier_of_the_camera_does_not_move_what_the_lidar_settled() -> None
     before = position(candidate)
     look(candidate, 2.6)
     assert position(candidate) == pytest.approx(before, abs=0.005)
+    assert candidate.filter.camera_scale_error == pytest.approx(0.0, abs=0.002)
 
 
 def take_frame(candidates: CandidateSet, *measurements: CameraMeasurement) -> int:
@@ -159,6 +160,24 @@ def test_a_crowd_of_false_boxes_pushes_no_confirmed_candidate_out() -> None:
         take_frame(candidates, *(measured(3.0 + row, -1.5 + 0.3 * column) for column in range(11)))
     assert confirmed in candidates.candidates
     assert len(candidates.candidates) <= 12
+
+
+def test_two_candidates_at_one_place_become_one_and_the_one_seen_more_often_stays() -> None:
+    often, rarely, beside = seen(2.0), seen(2.05, hits=5), seen(2.0, 0.2)
+    candidates = CandidateSet(CONFIG, [rarely, often, beside])
+    take_frame(candidates)
+    assert candidates.candidates == [often, beside]
+
+
+def test_the_chosen_one_stays_when_two_become_one() -> None:
+    chosen, other = seen(2.0), seen(2.3, hits=50)
+    candidates = CandidateSet(CONFIG, [chosen, other])
+    assert candidates.choose(1.0, ORIGIN) is chosen
+    for _ in range(3):
+        other.take(fix_at(2.05))
+    take_frame(candidates)
+    assert candidates.choose(1.0, ORIGIN) is chosen
+    assert candidates.candidates == [chosen]
 
 
 def test_the_nearest_confirmed_is_meant_and_the_most_often_seen_while_none_is() -> None:

@@ -84,6 +84,9 @@ def test_uncertainty_grows_with_time_way_and_turning_and_turning_counts_across()
     xx, xy, yy = target.growth(ORIGIN, 0.0, 0.0, 1.0)
     assert (xx, xy) == pytest.approx((0.0, 0.0))
     assert math.sqrt(yy) == pytest.approx(2.0 * CONFIG.drift_yaw_sigma_rad)
+    xx, xy, yy = TargetFilter(CONFIG, ORIGIN, measured(2.0, 0.6)).growth(ORIGIN, 0.0, 0.0, 1.0)
+    along = np.array([math.cos(0.6), math.sin(0.6)])
+    assert along @ np.array([[xx, xy], [xy, yy]]) @ along == pytest.approx(0.0, abs=1e-12)
     assert min(target.growth(ORIGIN, 10.0, 0.0, 0.0)[::2]) > 0.0
     assert min(target.growth(ORIGIN, 0.0, 1.0, 0.0)[::2]) >= CONFIG.drift_sigma**2
 

@@ -1,0 +1,64 @@
+"""The frame round every skill that moves: what is not finite never reaches its arithmetic.
+
+A pose or a velocity that is not finite stops the robot for the tick; a track that is not finite is none; obstacle points
+that are not finite are left out. The skill proper begins with the first tick that can be used.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import replace
+
+import numpy as np
+
+from target_nav.nav.footprint import as_points
+from target_nav.nav.skill import SkillStatus, SkillStep, View
+from target_nav.state.types import STOP
+
+
+class GuardedSkill(ABC):
+    """Implements `Skill`; subclasses write `_begin` and `_step` and are handed usable views only."""
+
+    def start(self, view: View) -> None:
+        self._has_begun = False
+        if not _problem(view):
+            self._begin(_cleaned(view))
+            self._has_begun = True
+
+    def step(self, view: View) -> SkillStep:
+        problem = _problem(view)
+        if problem:
+            return SkillStep(SkillStatus.RUNNING, STOP, problem)
+        usable = _cleaned(view)
+        if not self._has_begun:
+            self._begin(usable)
+            self._has_begun = True
+        return self._step(usable)
+
+    @abstractmethod
+    def _begin(self, view: View) -> None: ...
+
+    @abstractmethod
+    def _step(self, view: View) -> SkillStep: ...
+
+
+def _problem(view: View) -> str:
+    """Why nothing can be decided in this tick, or nothing."""
+    if not view.pose_in_odom.is_finite():
+        return "pose in odom not finite; is odometry running?"
+    if not view.twist_in_base.is_finite():
+        return "velocity not finite; is odometry running?"
+    if not math.isfinite(view.now_s):
+        return f"time is {view.now_s}; it must be finite"
+    return ""
+
+
+def _cleaned(view: View) -> View:
+    points = as_points(view.obstacles_in_base_m)
+    track = view.track
+    if track is not None and not np.isfinite((track.x_m, track.y_m, *track.covariance_m2)).all():
+        track = None
+    if points is view.obstacles_in_base_m and track is view.track:
+        return view
+    return replace(view, obstacles_in_base_m=points, track=track)
