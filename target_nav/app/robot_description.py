@@ -4,9 +4,9 @@
     python -m target_nav.app.robot_description --config robot.yaml           another robot
 
 Frames (REP-103, REP-105): base_link is on the floor midway between the wheels, so base_footprint is the same place. It
-is a child here and not the parent as elsewhere: odometry publishes odom -> base_link, and a frame has one parent. Wheels
-are fixed joints, for nobody publishes joint states and a joint without them leaves its frame unconnected. There are no
-masses: nothing here computes with them, and a guessed one would look like a measured one.
+is a child here and not the parent as elsewhere: odometry publishes odom -> base_link, and a frame has one parent. The
+wheels are fixed joints, for nobody publishes joint states and a joint without them leaves its frame unconnected. There
+are no masses: nothing here computes with them, and a guessed one would look like a measured one.
 """
 
 from __future__ import annotations
