@@ -46,7 +46,7 @@ class Chain:
     def __init__(self, folder: Path) -> None:
         self.prefix = f"t{uuid.uuid4().hex[:10]}"
         self.folder = folder
-        self.running: dict[str, subprocess.Popen[str]] = {}
+        self.running: list[subprocess.Popen[str]] = []
         self.sim_camera = channels.open_writer(channels.SIM_CAMERA, prefix=self.prefix)
         self.det = channels.open_reader(channels.DET, prefix=self.prefix)
         self.image = picture(with_pin=True)
@@ -60,7 +60,7 @@ class Chain:
             text=True,
             env={**os.environ, "TARGET_NAV_READY_FILE": str(ready_file)},
         )
-        self.running[name] = process
+        self.running.append(process)
         deadline_s = time.monotonic() + START_LIMIT_S
         while ready and not ready_file.exists():
             assert process.poll() is None, process.communicate()[1]
@@ -87,7 +87,7 @@ class Chain:
         raise AssertionError(f"not within {limit_s} s; the newest frame is {newest}")
 
     def close(self) -> None:
-        for process in self.running.values():
+        for process in self.running:
             process.kill()
             process.wait()
             assert process.stderr is not None
