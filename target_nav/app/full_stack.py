@@ -17,6 +17,7 @@ from rich.console import Console
 from behaviours.approach import stand_off_of
 from target_nav.app.live_view import LineView, View, make_view
 from target_nav.app.process_table import StackOptions, robot_stack, simulation_stack
+from target_nav.app.robot_ports import arduino_port, lidar_port
 from target_nav.app.ros_support import RosNode
 from target_nav.app.run_folder import RunFolder, make_run_folder
 from target_nav.app.run_report import finish_run, outcome_line
@@ -75,7 +76,7 @@ def run_stack(order: StackOrder) -> dict[str, Any]:
     if order.arena_name is not None:
         specs = simulation_stack(options, order.arena_name, order.seed)
     else:
-        specs = robot_stack(options, config.serial.port)
+        specs = robot_stack(options, arduino_port(config), lidar_port(config))
     console = Console(soft_wrap=order.headless)
     view: View = LineView(console) if order.headless else make_view(console)
     watch = _Watch(arena.time_limit_s if arena is not None and not order.wait else math.inf, order.wait)

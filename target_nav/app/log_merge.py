@@ -49,6 +49,9 @@ class LogMerger:
     def _new_lines(self, name: str, path: Path, final: bool) -> list[str]:
         try:
             with path.open("rb") as source:
+                if source.seek(0, 2) < self._offsets[name]:
+                    # logrotate has emptied it.
+                    self._offsets[name], self._partial[name] = 0, b""
                 source.seek(self._offsets[name])
                 data = source.read(MAX_CHUNK_BYTES)
         except FileNotFoundError:

@@ -11,15 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from target_nav.app.ros_convert import (
-    BASE_FRAME,
-    CAMERA_FRAME,
-    LASER_FRAME,
-    odometry_from_msg,
-    scan_from_msg,
-    transform_to_msg,
-    twist_to_msg,
-)
+from target_nav.app.robot_description import frame_to_msg, frames
+from target_nav.app.ros_convert import odometry_from_msg, scan_from_msg, twist_to_msg
 from target_nav.app.ros_support import RosNode, command_qos, latched_qos, sensor_qos, stream_qos
 from target_nav.config import Config
 from target_nav.ipc import channels
@@ -156,17 +149,8 @@ class NavIo:
         self._send_state(self._string(data=json.dumps(state_of(snapshot))))
 
     def _send_mounts(self, send: Any, message_type: Any) -> None:
-        lidar, camera = self._config.lidar, self._config.camera
         now_s = self._ros.clock.now_s()
-        laser = transform_to_msg(
-            now_s, BASE_FRAME, LASER_FRAME, Pose2D(lidar.x_m, lidar.y_m, lidar.yaw_rad), self._ros.clock
-        )
-        laser.transform.translation.z = lidar.z_m
-        eye = transform_to_msg(
-            now_s, BASE_FRAME, CAMERA_FRAME, Pose2D(camera.x_m, camera.y_m, camera.yaw_rad), self._ros.clock
-        )
-        eye.transform.translation.z = camera.z_m
-        send(message_type(transforms=[laser, eye]))
+        send(message_type(transforms=[frame_to_msg(f, now_s, self._ros.clock) for f in frames(self._config)]))
 
 
 def state_of(snapshot: NavSnapshot) -> dict[str, Any]:

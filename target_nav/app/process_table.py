@@ -7,10 +7,9 @@ place, so that which loop runs where is not spread over launch files. Cores are 
 
 from __future__ import annotations
 
-import logging
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,7 +26,7 @@ LIDAR_PACKAGE = "rplidar_ros"
 LIDAR_EXECUTABLES = ("rplidar_node", "rplidar_composition")
 """Of the present and of older releases."""
 
-log = logging.getLogger(__name__)
+MODEL_PUBLISHER = "robot_state_publisher"
 
 
 @dataclass(frozen=True)
@@ -44,6 +43,10 @@ class StackOptions:
     config_file: Path | None = None
     record: Path | None = None
     go: bool = False
+    bag: Path | None = None
+    """Record the stack's topics into this folder."""
+    own_lidar_driver: bool = False
+    """Take this project's LiDAR driver even where rplidar_ros is installed."""
     cores: int | None = None
     """Cores to share out; None: those this process may use."""
 
@@ -73,7 +76,7 @@ def simulation_stack(options: StackOptions, arena: str, seed: int) -> tuple[Proc
         ready=ReadyWhen.REPORTED,
         restart=ONCE,
     )  # fmt: skip
-    return (sim, *_perception(options, "sim"), *_drive_and_nav(options, str(link)))
+    return (sim, *_perception(options, "sim"), *_drive_and_nav(options, str(link)), *_recorder(options))
 
 
 def robot_stack(
@@ -83,22 +86,27 @@ def robot_stack(
     camera_source: str = "/dev/video0",
     environment: Mapping[str, str] | None = None,
 ) -> tuple[ProcessSpec, ...]:
-    """The stack on the robot. Without rplidar_ros the LiDAR's driver is left out, and the log says so."""
-    driver = find_ros_executable(
-        LIDAR_PACKAGE, LIDAR_EXECUTABLES, os.environ if environment is None else environment
+    """The stack on the robot. Without rplidar_ros the LiDAR is driven by `lidar_node`."""
+    environment = os.environ if environment is None else environment
+    return (
+        _lidar(options, lidar_port, environment),
+        *_model(options, environment),
+        *_perception(options, camera_source),
+        *_drive_and_nav(options, serial_port),
+        *_recorder(options),
     )
-    lidar: tuple[ProcessSpec, ...] = ()
-    if driver is None:
-        log.warning(
-            "%s is not installed (apt install ros-jazzy-rplidar-ros): start a LiDAR driver yourself that publishes "
-            "/scan in frame laser; without scans the robot does not move",
-            LIDAR_PACKAGE,
-        )
-    else:
-        parameters = (f"serial_port:={lidar_port}", "frame_id:=laser", "angle_compensate:=true")
-        argv = (str(driver), "--ros-args", *(part for value in parameters for part in ("-p", value)))
-        lidar = (ProcessSpec("lidar", argv),)
-    return (*lidar, *_perception(options, camera_source), *_drive_and_nav(options, serial_port))
+
+
+def recorder(options: StackOptions, bag: Path, topics: Sequence[str] = ()) -> ProcessSpec:
+    """ROS topics into a bag; without `topics` those of the stack. The stack does without it, too."""
+    chosen = ("--topics", *topics) if topics else ()
+    return ProcessSpec(
+        "recorder",
+        _module("bag_recorder", "--output", str(bag), *options.common, *chosen),
+        critical=False,
+        ready=ReadyWhen.REPORTED,
+        holds_next=False,
+    )
 
 
 def find_ros_executable(package: str, names: tuple[str, ...], environment: Mapping[str, str]) -> Path | None:
@@ -109,6 +117,36 @@ def find_ros_executable(package: str, names: tuple[str, ...], environment: Mappi
             if prefix and os.access(path, os.X_OK):
                 return path
     return None
+
+
+def _lidar(options: StackOptions, port: str, environment: Mapping[str, str]) -> ProcessSpec:
+    driver = None
+    if not options.own_lidar_driver:
+        driver = find_ros_executable(LIDAR_PACKAGE, LIDAR_EXECUTABLES, environment)
+    if driver is None:
+        return ProcessSpec(
+            "lidar",
+            _module("lidar_node", "--port", port, *options.common),
+            ready=ReadyWhen.REPORTED,
+            holds_next=False,
+        )
+    parameters = (f"serial_port:={port}", "frame_id:=laser", "angle_compensate:=true")
+    return ProcessSpec(
+        "lidar", (str(driver), "--ros-args", *(part for value in parameters for part in ("-p", value)))
+    )
+
+
+def _model(options: StackOptions, environment: Mapping[str, str]) -> tuple[ProcessSpec, ...]:
+    """The robot model for RViz and Foxglove, where its publisher is installed."""
+    if find_ros_executable(MODEL_PUBLISHER, (MODEL_PUBLISHER,), environment) is None:
+        return ()
+    parameters = options.run_dir.resolve() / "robot_description.yaml"
+    argv = _module("robot_description", "--publish", str(parameters), *options.common)
+    return (ProcessSpec("model", argv, critical=False),)
+
+
+def _recorder(options: StackOptions) -> tuple[ProcessSpec, ...]:
+    return (recorder(options, options.bag),) if options.bag is not None else ()
 
 
 def _perception(options: StackOptions, source: str) -> tuple[ProcessSpec, ...]:

@@ -19,13 +19,16 @@ import sys
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from target_nav.app.process import run_process
 from target_nav.app.process_table import find_ros_executable
-from target_nav.app.ros_convert import BASE_FRAME, CAMERA_FRAME, LASER_FRAME
+from target_nav.app.ros_clock import RosClock
+from target_nav.app.ros_convert import BASE_FRAME, CAMERA_FRAME, LASER_FRAME, transform_to_msg
 from target_nav.app.settings import add_config_arguments, config_from, parse_arguments
 from target_nav.config import Config
 from target_nav.errors import DeviceError
+from target_nav.state.types import Pose2D
 
 FOOTPRINT_FRAME = "base_footprint"
 CAMERA_OPTICAL_FRAME = "camera_optical_frame"
@@ -75,6 +78,24 @@ def frames(config: Config) -> tuple[Frame, ...]:
         # REP-103: z out of the lens, x to the picture's right, y down.
         Frame(CAMERA_OPTICAL_FRAME, CAMERA_FRAME, roll_rad=-0.5 * math.pi, yaw_rad=-0.5 * math.pi),
     )
+
+
+def frame_to_msg(frame: Frame, stamp_s: float, clock: RosClock) -> Any:
+    """geometry_msgs/TransformStamped: the frame in its parent, for /tf_static."""
+    message = transform_to_msg(
+        stamp_s, frame.parent, frame.name, Pose2D(frame.x_m, frame.y_m), clock, z_m=frame.z_m
+    )
+    # roll, pitch and yaw about fixed axes, as URDF has them
+    (sr, cr), (sp, cp), (sy, cy) = (
+        (math.sin(0.5 * angle), math.cos(0.5 * angle))
+        for angle in (frame.roll_rad, frame.pitch_rad, frame.yaw_rad)
+    )
+    rotation = message.transform.rotation
+    rotation.x = sr * cp * cy - cr * sp * sy
+    rotation.y = cr * sp * cy + sr * cp * sy
+    rotation.z = cr * cp * sy - sr * sp * cy
+    rotation.w = cr * cp * cy + sr * sp * sy
+    return message
 
 
 def urdf(config: Config) -> str:

@@ -59,15 +59,7 @@ class Supervisor:
         self.run_dir = run_dir
         self._logs = run_dir / "logs"
         self._logs.mkdir(parents=True, exist_ok=True)
-        environment = {
-            **os.environ,
-            # One thread a process: the machine's cores are shared out among processes, not within them.
-            "OMP_NUM_THREADS": "1",
-            "OPENBLAS_NUM_THREADS": "1",
-            "PYTHONUNBUFFERED": "1",
-            "ROS_LOG_DIR": str(self._logs / "ros"),
-            **(env or {}),
-        }
+        environment = {**os.environ, **process_environment(run_dir), **(env or {})}
         self._children = [Child(spec, self._logs, environment) for spec in specs]
         self._merger = LogMerger({name: self._logs / f"{name}.log" for name in names}, run_dir / "run.log")
         self._previous: dict[signal.Signals, Any] = {}
@@ -155,6 +147,17 @@ class Supervisor:
             self._hurry = True
 
         return {n: signal.signal(n, hurry) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+
+
+def process_environment(run_dir: Path) -> dict[str, str]:
+    """What every process of a stack gets on top of the environment that it is started in."""
+    return {
+        # One thread a process: the machine's cores are shared out among processes, not within them.
+        "OMP_NUM_THREADS": "1",
+        "OPENBLAS_NUM_THREADS": "1",
+        "PYTHONUNBUFFERED": "1",
+        "ROS_LOG_DIR": str(run_dir / "logs" / "ros"),
+    }
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:

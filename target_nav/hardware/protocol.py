@@ -2,11 +2,11 @@
 
 ASCII lines of comma-separated fields, ended by a newline, integers in mm/s, mrad/s, encoder ticks and PWM
 steps. A line carries no checksum, so a parser believes only what matches a form exactly and lies in the
-drivetrain's range: anything else is None, to be counted and dropped. Both ends use this module, the bridge
-and the simulated firmware.
+drivetrain's range: anything else is None, to be counted and dropped. Both ends keep to this module, the bridge
+and the firmware (deploy/firmware, in C++); tests compare them.
 
-To the firmware: VEL,vx,vy,wz  STOP  FWD,speed,ticks (also BWD LEFT RIGHT CCW CW)  TMOTOR,FL,pwm  CALIB
-From the firmware: ODOM,vx,vy,wz  ENC,fl,fr,rl,rr  ERROR,code,text  ACK,command
+To the firmware: VEL,vx,vy,wz  STOP  FWD,speed,ticks (also BWD LEFT RIGHT CCW CW)  TMOTOR,FL,pwm  CALIB  VERSION
+From the firmware: ODOM,vx,vy,wz  ENC,fl,fr,rl,rr  ERROR,code,text  ACK,command  VERSION,protocol,firmware
 """
 
 from __future__ import annotations
@@ -17,6 +17,9 @@ from dataclasses import dataclass
 
 from target_nav.errors import DeviceError
 from target_nav.state.types import Twist2D
+
+PROTOCOL_VERSION = 1
+"""Of the lines below; a firmware says in its VERSION line which one it speaks."""
 
 MAX_LINE_BYTES = 96
 """Longest line of either side, newline left out; the firmware's buffer has this size."""
@@ -29,6 +32,8 @@ MAX_TICKS = 2_147_483_647
 """Encoder counters are 32 bit and signed."""
 
 MAX_PWM = 255
+
+MAX_PROTOCOL_VERSION = 999
 
 MOVES = ("FWD", "BWD", "LEFT", "RIGHT", "CCW", "CW")
 """Position moves: straight on, back, strafe to either side, turn counter-clockwise and clockwise."""
@@ -77,7 +82,15 @@ class AckLine:
     command: str
 
 
-DeviceLine = OdomLine | EncLine | ErrorLine | AckLine
+@dataclass(frozen=True)
+class VersionLine:
+    """`VERSION`: which protocol and which firmware answers, on request and unasked after a reset."""
+
+    protocol: int
+    firmware: str
+
+
+DeviceLine = OdomLine | EncLine | ErrorLine | AckLine | VersionLine
 
 
 def parse_line(line: bytes) -> DeviceLine | None:
@@ -96,6 +109,10 @@ def parse_line(line: bytes) -> DeviceLine | None:
         return ErrorLine(fields[1].decode("ascii"), b",".join(fields[2:]).decode("ascii"))
     if word == b"ACK" and len(fields) == 2 and fields[1]:
         return AckLine(fields[1].decode("ascii"))
+    if word == b"VERSION" and len(fields) == 3 and fields[2]:
+        number = _integers(fields[1:2], (MAX_PROTOCOL_VERSION,))
+        if number is not None and number[0] >= 1:
+            return VersionLine(number[0], fields[2].decode("ascii"))
     return None
 
 
@@ -119,6 +136,11 @@ def encode_error(code: str, text: str) -> bytes:
 def encode_ack(command: str) -> bytes:
     """`ACK` as the firmware sends it."""
     return f"ACK,{command}\n".encode("ascii")
+
+
+def encode_version(firmware: str) -> bytes:
+    """`VERSION` as the firmware sends it."""
+    return f"VERSION,{PROTOCOL_VERSION},{firmware}\n".encode("ascii")
 
 
 # --- to the firmware ---
@@ -161,10 +183,15 @@ class MotorCommand:
 
 @dataclass(frozen=True)
 class CalibrateCommand:
-    """`CALIB`: the firmware's own calibration run."""
+    """`CALIB`: stand, and count the wheels' positions from here."""
 
 
-Command = VelocityCommand | StopCommand | MoveCommand | MotorCommand | CalibrateCommand
+@dataclass(frozen=True)
+class VersionCommand:
+    """`VERSION`: say which protocol and which firmware this is. Changes nothing."""
+
+
+Command = VelocityCommand | StopCommand | MoveCommand | MotorCommand | CalibrateCommand | VersionCommand
 
 
 def parse_command(line: bytes) -> Command | None:
@@ -180,6 +207,8 @@ def parse_command(line: bytes) -> Command | None:
         return StopCommand() if not rest else None
     if word == b"CALIB":
         return CalibrateCommand() if not rest else None
+    if word == b"VERSION":
+        return VersionCommand() if not rest else None
     name = word.decode("ascii")
     if name in MOVES:
         values = _integers(rest, (MAX_LINEAR_MMPS, MAX_TICKS))
@@ -218,15 +247,19 @@ def encode_command(command: Command) -> bytes:
         text = f"{command.move},{command.speed_mmps},{command.ticks}"
     elif isinstance(command, MotorCommand):
         text = f"TMOTOR,{command.motor},{command.pwm}"
-    else:
+    elif isinstance(command, CalibrateCommand):
         text = "CALIB"
+    else:
+        text = "VERSION"
     line = text.encode("ascii", errors="replace")
     if parse_command(line) != command:
         raise DeviceError(f"the firmware has no command {text!r}; known: {_KNOWN_COMMANDS}")
     return line + b"\n"
 
 
-_KNOWN_COMMANDS = f"VEL,vx,vy,wz  STOP  {'|'.join(MOVES)},speed,ticks  TMOTOR,{'|'.join(MOTORS)},pwm  CALIB"
+_KNOWN_COMMANDS = (
+    f"VEL,vx,vy,wz  STOP  {'|'.join(MOVES)},speed,ticks  TMOTOR,{'|'.join(MOTORS)},pwm  CALIB  VERSION"
+)
 
 
 # --- lines out of a stream ---

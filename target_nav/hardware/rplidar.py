@@ -17,7 +17,7 @@ from target_nav.config import LidarConfig
 from target_nav.errors import DeviceError
 from target_nav.hardware.rplidar_protocol import DeviceInfo, Health, SampleParser
 from target_nav.hardware.rplidar_start import start_lidar, stop_lidar
-from target_nav.hardware.rplidar_turns import TurnAssembler
+from target_nav.hardware.rplidar_turns import SAMPLE_PERIOD_S, TurnAssembler
 from target_nav.state.types import Scan
 
 READ_BYTES = 250
@@ -136,19 +136,23 @@ class RpLidar:
         port = self._serial
         assert port is not None
         began_s = self._clock()
-        heard = False
+        heard = 0
         try:
             while not self._closing.is_set():
                 data = port.read(READ_BYTES)
                 now_s = self._clock()
                 samples = self._parser.feed(data)
-                heard = heard or len(samples) > 0
-                for scan in self._turns.add(samples, now_s):
+                heard += len(data)
+                taken_s = now_s - SAMPLE_PERIOD_S * self._parser.held_samples
+                for scan in self._turns.add(samples, taken_s):
+                    heard = 0
                     self._scans += 1
                     self._last_scan_s = now_s
                     self._on_scan(scan)
                 if now_s - max(began_s, self._last_scan_s) > SILENCE_S:
-                    what = "samples but no whole turn; does its head turn freely?" if heard else "nothing"
+                    what = (
+                        f"{heard} bytes but no whole turn; does its head turn freely?" if heard else "nothing"
+                    )
                     return f"for {SILENCE_S:g} s it sent {what}"
         except (serial.SerialException, OSError) as error:
             return str(error)

@@ -83,7 +83,7 @@ def open_port(port: str, baud: int) -> serial.Serial:
     """
     opened = serial.Serial(timeout=READ_TIMEOUT_S, write_timeout=ANSWER_S, exclusive=True)
     opened.port, opened.baudrate = port, baud
-    # Before it is opened, so that the motor does not stop in between. A line without DTR (a pty) is opened all the same.
+    # Before it is opened, so that the motor does not stop in between. pyserial lets pass a line without DTR (a pty).
     opened.dtr = False
     try:
         opened.open()

@@ -82,8 +82,8 @@ class TurnAssembler:
         ahead_rad = math.remainder(float(angle[0]), 2.0 * math.pi)
         step_rad = 2.0 * math.pi / config.beams
         return Scan(
-            stamp_s=begin_s - period_s * ahead_rad / (2.0 * math.pi),
-            angle_min_rad=math.pi,
+            stamp_s=begin_s + period_s * (0.5 * step_rad - ahead_rad) / (2.0 * math.pi),
+            angle_min_rad=math.pi - 0.5 * step_rad,
             angle_increment_rad=-step_rad,
             time_increment_s=period_s / config.beams,
             range_min_m=config.range_min_m,
@@ -93,12 +93,12 @@ class TurnAssembler:
 
 
 def _binned(angle_rad: FloatArray, range_m: FloatArray, config: LidarConfig) -> FloatArray:
-    """The nearest return in each bin, `inf` where there was none.
+    """The nearest return in each bin, `inf` where there was none. The first bin begins at the sensor's zero.
 
     Samples are not locked to the head's angle: a beam is off its bin's middle by up to half a bin, and a bin may be
     left out in one turn. Nothing is interpolated: between two returns there need not be anything.
     """
-    index = np.rint(angle_rad * (config.beams / (2.0 * math.pi))).astype(np.intp) % config.beams
+    index = np.minimum((angle_rad * (config.beams / (2.0 * math.pi))).astype(np.intp), config.beams - 1)
     valid = (range_m >= config.range_min_m) & (range_m <= config.range_max_m)
     bins = np.full(config.beams, math.inf)
     np.minimum.at(bins, index[valid], range_m[valid])

@@ -72,8 +72,8 @@ class ConfirmArrival(GuardedSkill):
         else:
             self._agreed_since_s = None
         if view.now_s - self._started_s > self._timeout_s:
-            why = f"not confirmed: {words} after {self._timeout_s:.1f} s, {self._needed} needed; {self._distances(view)}"
-            return SkillStep(SkillStatus.FAILURE, STOP, why)
+            why = f"{words} after {self._timeout_s:.1f} s, {self._needed} needed; {self._distances(view)}"
+            return SkillStep(SkillStatus.FAILURE, STOP, f"not confirmed: {why}")
         return SkillStep(SkillStatus.RUNNING, STOP, words)
 
     def _lidar(self, view: View, factor: float) -> bool:

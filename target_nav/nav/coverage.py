@@ -1,8 +1,8 @@
 """Which of the floor the camera has looked at, and how much more it would see from somewhere else.
 
-A coarse grid in odom round the place where a search began. Obstacle points block the line of sight; what the camera's
-field of view has swept, near enough and unblocked, often enough, counts as seen. This is what tells a search where to go
-next and which way to look, in place of driving and turning by rote.
+A coarse grid in odom round the place where a search began. Obstacle points block the line of sight; what the
+camera's field of view has swept, near enough and unblocked, often enough, counts as seen. This tells a search where to
+go next and which way to look, in place of driving and turning by rote.
 """
 
 from __future__ import annotations
@@ -38,11 +38,10 @@ class Coverage:
         self._camera_yaw_rad = camera.yaw_rad
         self._range_m = range_m
         count = max(round(2.0 * self._half_fov_rad / _VIEW_RAY_RAD), 2)
-        self._view_angles = np.linspace(-self._half_fov_rad, self._half_fov_rad, count)
-        angles = np.arange(_GAIN_RAYS) * (2.0 * math.pi / _GAIN_RAYS) - math.pi
-        self.ray_angles_rad = angles
+        self._view_angles: FloatArray = np.linspace(-self._half_fov_rad, self._half_fov_rad, count)
+        self.ray_angles_rad: FloatArray = np.linspace(-math.pi, math.pi, _GAIN_RAYS, endpoint=False)
         """Directions in odom that `unseen_by_ray_m2` answers for."""
-        self._all_round = np.arange(_KNOWN_RAYS) * (2.0 * math.pi / _KNOWN_RAYS)
+        self._all_round: FloatArray = np.linspace(-math.pi, math.pi, _KNOWN_RAYS, endpoint=False)
         self.begin(Pose2D())
 
     def begin(self, pose_in_odom: Pose2D) -> None:
@@ -98,11 +97,10 @@ class Coverage:
             return
         self._blocked[rows[fresh], columns[fresh]] = True
         shade = self._blocked.copy()
-        # Walls are seen as single points with gaps between: one cell more closes them.
+        # Walls are seen as single points, and a ray slips between two cells that touch at a corner: two by two cells
+        # close such gaps. More would hide the very shadows that a search is for.
         shade[1:] |= self._blocked[:-1]
-        shade[:-1] |= self._blocked[1:]
-        shade[:, 1:] |= self._blocked[:, :-1]
-        shade[:, :-1] |= self._blocked[:, 1:]
+        shade[:, 1:] |= shade[:, :-1].copy()
         self._shade = shade
 
     def _rays(

@@ -24,7 +24,8 @@ from target_nav.nav.speed import (
     over_dead_band,
     within_limits,
 )
-from target_nav.nav.vfh import Steering, Vfh
+from target_nav.nav.steering import BodySteering
+from target_nav.nav.vfh import Steering
 from target_nav.state.types import STOP, FloatArray, Twist2D
 from target_nav.utils.frames import points_to_parent, to_child
 
@@ -36,9 +37,6 @@ _REACTION_S = 0.25
 _GENTLE = 0.4
 """Share of the braking limit that is planned with."""
 _TURN_FIRST_RAD = math.radians(40.0)
-_TURNED_SIGHT_M = 0.5
-_STRAFE_SIGHT_M = 0.8
-"""More free way is asked for to go back to strafing than to leave it, so that the body does not swing to and fro."""
 _CREEP_MPS = 0.06
 
 
@@ -54,7 +52,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class _Leg:
-    """Where to steer for now, in base_link; how far the last spot is (`FAR_M` while it is out of sight), and the cost."""
+    """Where to steer for now, in base_link; how far the last spot is (`FAR_M`: out of sight); the cost to it."""
 
     next_m: tuple[float, float]
     end_m: float
@@ -68,8 +66,7 @@ class Driver:
         self._holonomic = config.robot.drive != "differential"
         self._planner = RoutePlanner(config)
         self._memory = RouteMemory(config.avoid.memory_radius_m - 0.2)
-        self._strafing = Vfh(config, turned=False)
-        self._turned = Vfh(config, turned=True)
+        self._steering = BodySteering(config)
         self._yaw = YawControl(config.robot)
         self.reset()
 
@@ -85,16 +82,14 @@ class Driver:
     def reset(self) -> None:
         """Plan anew from what is known."""
         self._planner.reset()
-        self._strafing.reset()
-        self._turned.reset()
+        self._steering.reset()
         self._yaw.reset()
         self._planned_s = -math.inf
-        self._along_the_way = not self._holonomic
 
     def drive(
         self,
         view: View,
-        goals: Callable[[], FloatArray],
+        goals: Callable[[FloatArray], FloatArray],
         *,
         speed_mps: float,
         face_rad: float | None = None,
@@ -103,49 +98,47 @@ class Driver:
         extra_points_m: FloatArray | None = None,
         limit_m: float = 15.0,
     ) -> Drive:
-        """One tick towards the goals: spots in odom, shape (M, 3) (x, y, extra cost); asked for when planning anew.
+        """One tick towards the goals: spots in odom, shape (M, 3): x, y, extra cost.
 
+        `goals` is called with the known obstacles (in odom) when a plan is due; no spots at all is no way.
         `face_rad` is the bearing to look at, None to look where it goes, turning no faster than `face_top_radps`.
         `straight_to_m` (in base_link) needs no route: the caller has seen that the way there is free.
         `extra_points_m` are further things to keep off, in base_link. `limit_m` bounds the cost of a way.
         """
         points = view.obstacles_in_base_m
-        leg = self._leg(view, goals, points, straight_to_m, extra_points_m, limit_m)
+        leg = self._leg(view, goals, straight_to_m, extra_points_m, limit_m)
         if leg is None:
             return Drive(self._look(view, face_rad), math.inf, False, "no way")
         if leg.end_m < _AT_GOAL_M:
             return Drive(self._look(view, face_rad), 0.0, True, "there")
         if extra_points_m is not None and len(extra_points_m):
             points = np.vstack([points, extra_points_m])
-        goal_m, goal_rad = math.hypot(*leg.next_m), math.atan2(leg.next_m[1], leg.next_m[0])
-        self._choose_heading(points, goal_rad, goal_m, face_rad)
-        vfh = self._turned if self._along_the_way else self._strafing
-        steering = vfh.steer(
-            points,
-            yaw_rad=view.pose_in_odom.yaw_rad,
-            goal_rad=goal_rad,
-            goal_m=goal_m,
-            motion_rad=_motion(view),
-        )
+        steering = self._steering.steer(view, points, leg.next_m, face_rad)
         if steering is None:
             self._planned_s = min(self._planned_s, view.now_s - 0.5 * _REPLAN_S)
             return Drive(self._look(view, face_rad), leg.cost_to_go_m, False, "way blocked")
         top = self._speed(points, steering, speed_mps, leg.end_m)
         twist = self._twist(view, steering, top, face_rad, face_top_radps)
-        return Drive(twist, leg.cost_to_go_m, False, "turned along the way" if self._along_the_way else "")
+        return Drive(
+            twist, leg.cost_to_go_m, False, "turned along the way" if self._steering.along_the_way else ""
+        )
 
     def costs_to(self, view: View, spots_m: FloatArray, limit_m: float) -> FloatArray:
         """Cost of the way to each spot in odom, shape (K,) for (K, 2); infinite without one."""
         pose = view.pose_in_odom
-        here = (pose.x_m, pose.y_m)
-        known = self._memory.update(view.now_s, here, points_to_parent(pose, view.obstacles_in_base_m))
-        return self._planner.costs_to(known, here, spots_m, limit_m)
+        return self._planner.costs_to(self.known_points(view), (pose.x_m, pose.y_m), spots_m, limit_m)
+
+    def known_points(self, view: View) -> FloatArray:
+        """Obstacles in odom, shape (N, 2): those in view, and those that were and are hidden now."""
+        pose = view.pose_in_odom
+        in_odom = points_to_parent(pose, view.obstacles_in_base_m)
+        target = (view.track.x_m, view.track.y_m) if view.track is not None else None
+        return self._memory.update(view.now_s, (pose.x_m, pose.y_m), in_odom, target)
 
     def _leg(
         self,
         view: View,
-        goals: Callable[[], FloatArray],
-        points: FloatArray,
+        goals: Callable[[FloatArray], FloatArray],
         straight_to_m: tuple[float, float] | None,
         extra_points_m: FloatArray | None,
         limit_m: float,
@@ -155,7 +148,7 @@ class Driver:
             self._planned_s = -math.inf
             way_m = math.hypot(*straight_to_m)
             return _Leg(straight_to_m, way_m, way_m)
-        route = self._route(view, goals, points, extra_points_m, limit_m)
+        route = self._route(view, goals, extra_points_m, limit_m)
         if route is None:
             return None
         pose = view.pose_in_odom
@@ -172,8 +165,7 @@ class Driver:
     def _route(
         self,
         view: View,
-        goals: Callable[[], FloatArray],
-        points: FloatArray,
+        goals: Callable[[FloatArray], FloatArray],
         extra_points_m: FloatArray | None,
         limit_m: float,
     ) -> Route | None:
@@ -185,35 +177,12 @@ class Driver:
             due = math.hypot(x, y) < _REACHED_M and route.sight < len(route.points_m) - 1
         if due:
             self._planned_s = view.now_s
-            spots = goals()
-            here = (pose.x_m, pose.y_m)
-            known = self._memory.update(view.now_s, here, points_to_parent(pose, points))
+            known = self.known_points(view)
+            spots = goals(known)
             if extra_points_m is not None and len(extra_points_m):
                 known = np.vstack([known, points_to_parent(pose, extra_points_m)])
-            route = self._planner.plan(known, here, spots, limit_m) if len(spots) else None
+            route = self._planner.plan(known, (pose.x_m, pose.y_m), spots, limit_m) if len(spots) else None
         return route
-
-    def _choose_heading(
-        self, points: FloatArray, goal_rad: float, goal_m: float, face_rad: float | None
-    ) -> None:
-        if not self._holonomic:
-            return
-        if self._along_the_way:
-            facing = goal_rad if face_rad is None else face_rad
-            c, s = math.cos(facing), math.sin(facing)
-            faced = points @ np.array([[c, -s], [s, c]]) if len(points) else points
-            stands = (
-                len(faced) == 0 or float(self._body.clearances_m(faced).min()) > self._config.avoid.margin_m
-            )
-            free = self._strafing.free_m(faced, goal_rad - facing)
-            if stands and free >= min(goal_m, _STRAFE_SIGHT_M):
-                self._along_the_way = False
-                self._strafing.reset()
-            return
-        wanted = min(goal_m, _TURNED_SIGHT_M)
-        if self._strafing.free_m(points, goal_rad) < wanted <= self._turned.free_m(points, goal_rad):
-            self._along_the_way = True
-            self._turned.reset()
 
     def _speed(self, points: FloatArray, steering: Steering, top_mps: float, end_m: float) -> float:
         avoid, robot = self._config.avoid, self._config.robot
@@ -238,12 +207,12 @@ class Driver:
     ) -> Twist2D:
         robot = self._config.robot
         direction = steering.direction_rad
-        heading = direction if self._along_the_way or face_rad is None else face_rad
+        heading = direction if self._steering.along_the_way or face_rad is None else face_rad
         wz = self._yaw.rate_radps(heading, view.twist_in_base.wz_radps)
-        if not self._along_the_way:
+        if not self._steering.along_the_way:
             wz = max(-face_top_radps, min(face_top_radps, wz))
         speed = top_mps
-        if self._along_the_way:
+        if self._steering.along_the_way:
             # It only fits turned: turn first, then go.
             speed *= max(0.0, 1.0 - abs(direction) / _TURN_FIRST_RAD)
         vx, vy = speed * math.cos(direction), speed * math.sin(direction)
@@ -256,9 +225,3 @@ class Driver:
             return STOP
         wz = self._yaw.rate_radps(face_rad, view.twist_in_base.wz_radps)
         return over_dead_band(Twist2D(0.0, 0.0, wz), self._config.robot)
-
-
-def _motion(view: View) -> float | None:
-    """Direction it moves in now, None when it all but stands."""
-    twist = view.twist_in_base
-    return math.atan2(twist.vy_mps, twist.vx_mps) if twist.is_finite() and twist.speed_mps > 0.03 else None

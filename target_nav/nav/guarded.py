@@ -1,7 +1,7 @@
 """The frame round every skill that moves: what is not finite never reaches its arithmetic.
 
-A pose or a velocity that is not finite stops the robot for the tick; a track that is not finite is none; obstacle points
-that are not finite are left out. The skill proper begins with the first tick that can be used.
+A pose or a velocity that is not finite stops the robot for the tick; a track that is not finite is none; obstacle
+points that are not finite are left out. The skill proper begins with the first tick that can be used.
 """
 
 from __future__ import annotations

@@ -31,8 +31,12 @@ JUMP_SIGMAS = 4.2
 and three sigma of a difference of two ranges."""
 BESIDE_BEAMS = 4.5
 """The nearest return within so many beams on either side must be farther off than the cluster."""
-MAX_WIDTHS = 2.0
-"""No wider than twice the target."""
+MAX_WIDTHS = 1.5
+"""No wider than this. Returns span less than the target's width, but nobody measures it to the centimetre."""
+BACKGROUND_WIDTHS = 4.0
+"""Wider than this it is background: it may be near the target, but it cannot be the target and something beside it."""
+MIN_BEAMS = 2.0
+"""Where the target would fill fewer (a pin beyond 2.3 m), half a box looks like it; the camera is good enough there."""
 MIN_SHARE = 0.3
 """At least this share of the beams that the target would fill: half of it hidden or lost is still an answer."""
 MODEL_SIGMA_M = 0.01
@@ -66,9 +70,22 @@ class TargetFix:
     y_m: float
     covariance_m2: tuple[float, float, float, float]
     returns: int
-    hidden: bool = False
-    """Something nearer stands right beside it: this may be what is left of something wider. Never to be believed, but
-    where it fits best, no other cluster is to be believed either."""
+    bearing_rad: float
+    """In odom, from the laser."""
+    slack_m: float
+    """How far to either side the centre may lie from here, all equally likely: half of what is missing of the width."""
+    gate_covariance_m2: tuple[float, float, float, float]
+    """Of the position without that: `covariance_m2` is of both."""
+    doubtful: bool = False
+    """Never to be believed, but where it fits as well as another, the other is not to be believed either: a thing that
+    is a little too wide, has something at its own range or nearer right beside it, or is too far off to tell."""
+
+    def nearest_to(self, x_m: float, y_m: float) -> tuple[float, float]:
+        """Where within the slack the centre would be nearest to a point."""
+        c, s = math.cos(self.bearing_rad), math.sin(self.bearing_rad)
+        left_m = (y_m - self.y_m) * c - (x_m - self.x_m) * s
+        left_m = min(max(left_m, -self.slack_m), self.slack_m)
+        return self.x_m - s * left_m, self.y_m + c * left_m
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +139,7 @@ def find_clusters(view: PolarView) -> NDArray[np.intp]:
 def target_fixes(
     view: PolarView, near: Sequence[tuple[float, float]], gate_m: float, width_m: float
 ) -> list[TargetFix]:
-    """The narrow clusters that stand free or are partly hidden, within `gate_m` of one of the points `near` (odom)."""
+    """The narrow clusters, doubtful ones too, within `gate_m` of one of the points `near` (odom)."""
     clusters = find_clusters(view)
     if len(clusters) == 0:
         return []
@@ -134,59 +151,78 @@ def target_fixes(
     within = np.zeros(len(clusters), dtype=np.bool_)
     for px_m, py_m in near:
         within |= (x_m - px_m) ** 2 + (y_m - py_m) ** 2 <= gate_m**2
-    found = (_fix(view, (start + np.arange(length)) % count, width_m) for start, length in clusters[within])
-    return [fix for fix in found if fix is not None]
+    runs = ((start + np.arange(length)) % count for start, length in clusters[within])
+    return [fix for run in runs for fix in _fixes(view, run, width_m)]
 
 
-def _fix(view: PolarView, run: NDArray[np.intp], width_m: float) -> TargetFix | None:
+def _fixes(view: PolarView, run: NDArray[np.intp], width_m: float) -> list[TargetFix]:
+    """One for a cluster as narrow as the target; a doubtful one for each return of what may hide it in itself."""
     if len(run) > _MOST_RETURNS:
-        return None
+        return []
     # A handful of returns: plain floats are quicker than arrays.
     first, last = int(run[0]), int(run[-1])
     ranges: list[float] = view.ranges_m[run].tolist()
     bearings: list[float] = view.bearings_rad[run].tolist()
     spread_rad = (bearings[-1] - bearings[0]) % (2.0 * math.pi)
-    near_m = min(ranges)
+    near_m, deep_m = min(ranges), max(ranges) - min(ranges)
     pitch_m = near_m * view.beam_rad
     span_m = near_m * spread_rad
     sigma_m = range_sigma_m(near_m)
-    if span_m > MAX_WIDTHS * width_m or max(ranges) - near_m > width_m + 2.0 * JUMP_SIGMAS * sigma_m:
-        return None
-    if len(ranges) < MIN_SHARE * width_m / pitch_m:
-        return None
+    filled = width_m / pitch_m
+    if len(ranges) < MIN_SHARE * filled or max(span_m, deep_m) > BACKGROUND_WIDTHS * width_m:
+        return []
+    radius_m = 0.5 * width_m
+    along = (JUMP_SIGMAS / 3.0 * sigma_m) ** 2
+    across = (EDGE_BEAMS_SIGMA * pitch_m) ** 2 + MODEL_SIGMA_M**2
     sides = _beside(view, first, -1), _beside(view, last, +1)
-    if _Side.JOINED in sides:
-        return None
+    narrow = span_m <= MAX_WIDTHS * width_m and deep_m <= width_m + 2.0 * JUMP_SIGMAS * sigma_m
+    if not narrow or _Side.JOINED in sides:
+        along += MODEL_SIGMA_M**2
+        return [
+            _fix(view, range_m + radius_m, bearing_rad, along, across, radius_m, returns=1, doubtful=True)
+            for range_m, bearing_rad in zip(ranges, bearings)
+        ]
 
     # Law of cosines: a ray that meets a circle of radius R at range r, delta off its centre, puts the centre at
     # r cos(delta) + sqrt(R^2 - r^2 sin^2(delta)). The median shrugs off a mixed return at an edge.
-    radius_m = 0.5 * width_m
-    bearing_rad = bearings[0] + 0.5 * spread_rad
+    middle_rad = bearings[0] + 0.5 * spread_rad
     centres = []
-    for range_m, direction_rad in zip(ranges, bearings):
-        delta = direction_rad - bearing_rad
-        across = range_m * math.sin(delta)
-        centres.append(range_m * math.cos(delta) + math.sqrt(max(radius_m**2 - across * across, 0.0)))
-    centre_m = median(centres)
+    for range_m, bearing_rad in zip(ranges, bearings):
+        off_m = range_m * math.sin(bearing_rad - middle_rad)
+        ahead_m = range_m * math.cos(bearing_rad - middle_rad)
+        centres.append(ahead_m + math.sqrt(max(radius_m**2 - off_m * off_m, 0.0)))
+    along = along / len(ranges) + MODEL_SIGMA_M**2
+    slack_m = max(radius_m - 0.5 * span_m, 0.0)
+    doubtful = _Side.NEARER in sides or filled < MIN_BEAMS
+    return [_fix(view, median(centres), middle_rad, along, across, slack_m, len(ranges), doubtful)]
 
-    # What is missing of the target's width may be missing on one side only, evenly likely anywhere between.
-    missing_m = max(width_m - span_m, 0.0)
-    along = (JUMP_SIGMAS / 3.0 * sigma_m) ** 2 / len(ranges) + MODEL_SIGMA_M**2
-    across_m2 = (EDGE_BEAMS_SIGMA * pitch_m) ** 2 + (0.5 * missing_m) ** 2 / 3.0 + MODEL_SIGMA_M**2
+
+def _fix(
+    view: PolarView,
+    range_m: float,
+    bearing_rad: float,
+    along_m2: float,
+    across_m2: float,
+    slack_m: float,
+    returns: int,
+    doubtful: bool,
+) -> TargetFix:
     c, s = math.cos(bearing_rad), math.sin(bearing_rad)
-    cross = (along - across_m2) * c * s
+
+    def in_odom(along: float, across: float) -> tuple[float, float, float, float]:
+        cross = (along - across) * c * s
+        return along * c * c + across * s * s, cross, cross, along * s * s + across * c * c
+
     return TargetFix(
         stamp_s=view.stamp_s,
-        x_m=view.x_m + centre_m * c,
-        y_m=view.y_m + centre_m * s,
-        covariance_m2=(
-            along * c * c + across_m2 * s * s,
-            cross,
-            cross,
-            along * s * s + across_m2 * c * c,
-        ),
-        returns=len(ranges),
-        hidden=_Side.NEARER in sides,
+        x_m=view.x_m + range_m * c,
+        y_m=view.y_m + range_m * s,
+        covariance_m2=in_odom(along_m2, across_m2 + slack_m**2 / 3.0),
+        returns=returns,
+        bearing_rad=bearing_rad,
+        slack_m=slack_m,
+        gate_covariance_m2=in_odom(along_m2, across_m2),
+        doubtful=doubtful,
     )
 
 

@@ -1,7 +1,7 @@
 """The one place that decides which velocity is sent: the most restrictive rule wins.
 
-Rules in this order: an input that is missing, stale or not finite sends zero at once; a request is cut to what the base can
-do; the body's predicted way must stay clear of obstacles; and what is sent changes no faster than the limits of
+Rules in this order: an input that is missing, stale or not finite sends zero at once; a request is cut to what the base
+can do; the body's predicted way must stay clear of obstacles; and what is sent changes no faster than the limits of
 acceleration. No request means braking to zero. Motion that leads away from an obstacle is always allowed.
 """
 
@@ -20,8 +20,9 @@ from target_nav.state.types import STOP, FloatArray, MotionRequest, Twist2D
 _REACTION_S = 0.20
 """Tick, command and drivetrain: how long the old velocity goes on."""
 _SAMPLES = 14
-_CLOSER_M = 0.002
-"""A point that comes no nearer than this, over the whole prediction, is not approached."""
+_ROUNDING_M = 1e-4
+_TOUCHING_M = 0.005
+"""Nearer than this to one thing is no excuse to come as near to another."""
 _TARGET_RADIUS_M = 0.045
 _TARGET_RING = _TARGET_RADIUS_M * np.column_stack(
     [np.cos(np.arange(12) * math.pi / 6.0), np.sin(np.arange(12) * math.pi / 6.0)]
@@ -157,11 +158,8 @@ class VelocityLimiter:
             return 0.0
         decel = min(self._robot.max_decel_mps2, self._robot.max_yaw_accel_radps2 * self._radius_m)
         stops = braking_speed_mps(free_m, decel, _REACTION_S)
-        slows = (
-            self._robot.max_speed_mps
-            * free_m
-            / max(self._avoid.slow_clearance_m - self._avoid.stop_clearance_m, 1e-3)
-        )
+        zone_m = max(self._avoid.slow_clearance_m - self._avoid.stop_clearance_m, 1e-3)
+        slows = self._robot.max_speed_mps * free_m / zone_m
         return min(1.0, min(stops, slows) / fastest)
 
     def _overrun_m(self, twist: Twist2D) -> float:
@@ -175,21 +173,22 @@ class VelocityLimiter:
 
     def _free_m(self, twist: Twist2D, fastest_mps: float, points: FloatArray) -> float:
         """How far the body's fastest corner may go along the twist before a point that it approaches is too near."""
-        stop = self._avoid.stop_clearance_m
         horizon_m = max(self._avoid.slow_clearance_m, 0.1)
         travel = np.linspace(0.0, horizon_m, _SAMPLES + 1)
         clearance = self._body.clearances_along_m(points, twist, travel / fastest_mps)
         now = clearance[0]
-        limit = np.minimum(stop, now - _CLOSER_M)
-        bad = clearance[1:] < limit
+        # Where the body is nearer to something than the stop clearance already, it may go on being so, and no more:
+        # along a wall or away from it, but not a hair nearer.
+        floor = min(self._avoid.stop_clearance_m, max(float(now.min()), _TOUCHING_M))
+        edge = np.minimum(floor, now)
+        bad = clearance[1:] < edge - _ROUNDING_M
         hit = bad.any(axis=1)
         if not hit.any():
             return math.inf
         first = int(hit.argmax())
         # Between two samples the clearance is taken as linear, for the point that gets too near first.
         before, after = clearance[first][bad[first]], clearance[first + 1][bad[first]]
-        edge = np.minimum(stop, now)[bad[first]]
-        fraction = np.clip((before - edge) / np.maximum(before - after, 1e-9), 0.0, 1.0).min()
+        fraction = np.clip((before - edge[bad[first]]) / np.maximum(before - after, 1e-9), 0.0, 1.0).min()
         return float(travel[first] + fraction * (travel[first + 1] - travel[first]))
 
     def _over_dead_band(self, twist: Twist2D, share: float, points: FloatArray) -> float:

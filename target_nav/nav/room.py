@@ -23,7 +23,8 @@ class Room:
         self._margin_m = config.avoid.margin_m
         self._turning_m = self._body.circumscribed_radius_m + config.avoid.stop_clearance_m + 0.01
         holonomic = config.robot.drive != "differential"
-        self._directions = np.arange(-12, 12) * (math.pi / 12.0) if holonomic else np.array([-math.pi, 0.0])
+        around: FloatArray = np.linspace(-math.pi, math.pi, 24, endpoint=False)
+        self._directions = around if holonomic else np.array([-math.pi, 0.0])
 
     def widest(self, points_m: FloatArray, wanted_rad: float | None = None) -> tuple[float, float]:
         """(direction, free distance) of the most room for the body as it stands; preferably near `wanted_rad`."""

@@ -1,4 +1,4 @@
-"""A way round what is in sight: a small cost-to-go plan over remembered obstacle points, and the next point to steer for.
+"""A way round what is known: a small cost-to-go plan over obstacle points, and the next point to steer for.
 
 VFH alone is trapped by a box that is wider than its look-ahead and cannot prefer one side to the other for good. This
 planner looks eight metres across, several times a second, and hands the avoidance a point that it can see.
@@ -33,6 +33,8 @@ _START_M = 0.30
 """So near to the robot a cell counts as passable if it is no nearer to an obstacle than the robot already is."""
 _SIGHT_M = 1.5
 _SAME_WAY_M = 0.35
+_DOUBTS = 2
+"""So many plans in a row must find the present way blocked before another side is taken: one may be noise."""
 _SWITCH_SHARE = 0.8
 """Another way round must be this much cheaper than the present one, or two equal ways would alternate."""
 
@@ -67,9 +69,11 @@ class RoutePlanner:
         self._inner = inner(_SIDE)
         self._window_m = (_HALF - self._pad) * CELL_M
         self.route: Route | None = None
+        self._doubts = 0
 
     def reset(self) -> None:
         self.route = None
+        self._doubts = 0
 
     def plan(
         self, points_in_odom_m: FloatArray, start_m: tuple[float, float], goals_m: FloatArray, limit_m: float
@@ -90,7 +94,10 @@ class RoutePlanner:
             return None
         cells = np.array(wave.descend(_CENTRE))
         path = np.column_stack([cells % _SIDE, cells // _SIDE])
-        path = self._kept(path, cost_grid, goals, start)
+        chosen = self._choose(path, cost_grid, goals, start)
+        if chosen is None:
+            return self.route
+        path = chosen
         points = (path - _HALF) * CELL_M + start
         length = float(_step_lengths(path).sum()) * CELL_M
         cost = float(_so_far(path, cost_grid)[-1]) * CELL_M
@@ -104,7 +111,7 @@ class RoutePlanner:
     def costs_to(
         self, points_in_odom_m: FloatArray, start_m: tuple[float, float], spots_m: FloatArray, limit_m: float
     ) -> FloatArray:
-        """What it costs to come near to each spot, shape (K,), for spots of shape (K, 2); infinite if there is no way."""
+        """What it costs to come near to each spot, shape (K,) for (K, 2); infinite if there is no way."""
         start = np.array(start_m)
         steps, _ = self._costs(points_in_odom_m - start if len(points_in_odom_m) else points_in_odom_m)
         wave, _ = spread(_SIDE, steps, [(0, 1 << _CENTRE)], 0, int(limit_m / CELL_M))
@@ -167,10 +174,13 @@ class RoutePlanner:
         local = np.column_stack([ring[keep] + start, extra[keep]])
         return self._goal_bits(local, start)
 
-    def _kept(
+    def _choose(
         self, path: CellPath, cost_grid: NDArray[np.uint8], goals: list[tuple[int, int]], start: FloatArray
-    ) -> CellPath:
-        """`path`, or the rest of the present route if that is another way and nearly as good."""
+    ) -> CellPath | None:
+        """`path`, or the rest of the present route if that is another way and nearly as good.
+
+        None: the present route, another way, seems blocked all of a sudden; wait and see for a moment.
+        """
         if self.route is None or len(self.route.points_m) < 2:
             return path
         offsets = self.route.points_m - start
@@ -178,11 +188,14 @@ class RoutePlanner:
         rest = np.rint(offsets[first:] / CELL_M).astype(np.intp) + _HALF
         if len(rest) < 2 or rest.min() < 1 or rest.max() >= _SIDE - 1:
             return path
-        if not cost_grid[rest[:, 1], rest[:, 0]].all() or not _near_goal(rest[-1], goals):
-            return path
         apart = np.abs(rest[::3, None, :] - path[None, ::3, :]).max(axis=2).min(axis=1).max() * CELL_M
         if apart < _SAME_WAY_M:
+            self._doubts = 0
             return path
+        if not cost_grid[rest[:, 1], rest[:, 0]].all() or not _near_goal(rest[-1], goals):
+            self._doubts += 1
+            return None if self._doubts <= _DOUBTS else path
+        self._doubts = 0
         joined: CellPath = np.vstack([np.full((1, 2), _HALF, dtype=np.intp), rest])
         mine, other = _so_far(joined, cost_grid)[-1], _so_far(path, cost_grid)[-1]
         return path if other < _SWITCH_SHARE * mine - 2.0 else joined

@@ -1,8 +1,8 @@
 """What the route planner remembers beyond what the view still holds.
 
-The view's obstacles end at their radius and forget after seconds what is hidden behind something nearer. A planner that
-forgets a wall as soon as a box hides it sees a way through it. So points are remembered for longer here, unless they are
-in plain sight of the view and no longer there.
+The view's obstacles end at their radius and forget after seconds what is hidden behind something nearer. A planner
+that forgets a wall as soon as a box hides it sees a way through it. So points are remembered for longer here, unless
+the view looks through them or shows them a little elsewhere.
 """
 
 from __future__ import annotations
@@ -17,9 +17,18 @@ from target_nav.state.types import FloatArray
 _CELL_M = 0.05
 _STRIDE = 1 << 24
 _MEMORY_S = 60.0
+_UNSEEN_S = 10.0
+"""In a direction without any return nothing speaks against a point but its age."""
 _FORGET_BEYOND_M = 5.0
 _SECTORS = 120
+_THROUGH_M = 0.10
+"""A view whose nearest point lies so much farther off has looked through."""
 _HIDDEN_BEHIND_M = 0.15
+_SAME_M = 0.10
+"""A point this near to one in view is the same surface, drawn a little elsewhere by odometry's drift."""
+_LEFT_OUT_M = 0.35
+"""More than the tracker's gate and the target's radius."""
+_GRID = round(2.0 * (_FORGET_BEYOND_M + 1.0) / _SAME_M)
 
 
 class RouteMemory:
@@ -35,9 +44,23 @@ class RouteMemory:
         self._points_m: FloatArray = np.empty((0, 2))
         self._seen_s: FloatArray = np.empty(0)
 
-    def update(self, now_s: float, robot_m: tuple[float, float], points_in_odom_m: FloatArray) -> FloatArray:
-        """Take the view's points, shape (N, 2), and return all that are remembered, shape (M, 2)."""
-        keep = self._hidden(robot_m, points_in_odom_m) & (now_s - self._seen_s < _MEMORY_S)
+    def update(
+        self,
+        now_s: float,
+        robot_m: tuple[float, float],
+        points_in_odom_m: FloatArray,
+        target_m: tuple[float, float] | None = None,
+    ) -> FloatArray:
+        """Take the view's points, shape (N, 2), and return all that are remembered, shape (M, 2).
+
+        Round `target_m` the view leaves out the target's points, and others with them: there it speaks against nothing.
+        """
+        keep = self._still_hold(now_s, robot_m, points_in_odom_m)
+        if target_m is not None and len(keep):
+            near = (
+                np.hypot(self._points_m[:, 0] - target_m[0], self._points_m[:, 1] - target_m[1]) < _LEFT_OUT_M
+            )
+            keep |= near & (now_s - self._seen_s < _MEMORY_S)
         cells = np.floor(points_in_odom_m / _CELL_M).astype(np.int64)
         keys = np.concatenate([cells[:, 0] * _STRIDE + cells[:, 1], self._keys[keep]])
         points = np.concatenate([points_in_odom_m, self._points_m[keep]])
@@ -47,16 +70,45 @@ class RouteMemory:
         self._points_m, self._seen_s = points[first], seen[first]
         return self._points_m
 
-    def _hidden(self, robot_m: tuple[float, float], points_in_odom_m: FloatArray) -> NDArray[np.bool_]:
-        """Which remembered points the view cannot speak for: out of its reach, or behind something in it."""
+    def _still_hold(
+        self, now_s: float, robot_m: tuple[float, float], view_in_odom_m: FloatArray
+    ) -> NDArray[np.bool_]:
+        """Which remembered points nothing speaks against."""
+        age_s = now_s - self._seen_s
         sector, range_m = _polar(self._points_m, robot_m)
-        hidden = range_m > self._radius_m
-        if len(points_in_odom_m):
-            view_sector, view_range_m = _polar(points_in_odom_m, robot_m)
-            nearest = np.full(_SECTORS, math.inf)
+        nearest = np.full(_SECTORS, math.inf)
+        if len(view_in_odom_m):
+            view_sector, view_range_m = _polar(view_in_odom_m, robot_m)
             np.minimum.at(nearest, view_sector, view_range_m)
-            hidden |= nearest[sector] < range_m - _HIDDEN_BEHIND_M
-        return hidden & (range_m < _FORGET_BEYOND_M)
+        around = np.minimum(nearest, np.minimum(np.roll(nearest, 1), np.roll(nearest, -1)))[sector]
+        limit_s = np.where(np.isfinite(around), _MEMORY_S, _UNSEEN_S)
+        looked_through = (around > range_m + _THROUGH_M) & np.isfinite(around) & (range_m < self._radius_m)
+        limit_s[range_m >= self._radius_m] = _MEMORY_S
+        valid = (age_s < limit_s) & ~looked_through & (range_m < _FORGET_BEYOND_M)
+        hidden = around < range_m - _HIDDEN_BEHIND_M
+        hold: NDArray[np.bool_] = valid & (hidden | ~self._drawn_again(robot_m, view_in_odom_m))
+        return hold
+
+    def _drawn_again(self, robot_m: tuple[float, float], view_in_odom_m: FloatArray) -> NDArray[np.bool_]:
+        """Which remembered points are beside one in view."""
+        taken = np.zeros((_GRID, _GRID), dtype=np.bool_)
+        taken[_grid_cells(view_in_odom_m, robot_m)] = True
+        wide = taken.copy()
+        wide[1:] |= taken[:-1]
+        wide[:-1] |= taken[1:]
+        beside = wide.copy()
+        beside[:, 1:] |= wide[:, :-1]
+        beside[:, :-1] |= wide[:, 1:]
+        again: NDArray[np.bool_] = beside[_grid_cells(self._points_m, robot_m)]
+        return again
+
+
+def _grid_cells(
+    points_m: FloatArray, centre_m: tuple[float, float]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    index = np.floor((points_m - np.array(centre_m)) / _SAME_M).astype(np.intp) + _GRID // 2
+    index = np.clip(index, 0, _GRID - 1)
+    return index[:, 1], index[:, 0]
 
 
 def _polar(points_m: FloatArray, centre_m: tuple[float, float]) -> tuple[NDArray[np.intp], FloatArray]:

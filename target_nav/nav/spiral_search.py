@@ -1,8 +1,8 @@
 """Drives about within a radius of the place where it began, for a target that is out of sight from there.
 
 Way-points lie on an Archimedean spiral. Of those left, the one is next that promises most new floor for the way to it;
-one that would show nothing new, is occupied or cannot be reached is passed over at once. While driving, a base that strafes looks
-to where most is still unseen; a differential base looks round at the way-points.
+one that would show nothing new, is occupied or cannot be reached is passed over at once. While driving, a base that
+strafes looks to where most is still unseen; a differential base looks round at the way-points.
 """
 
 from __future__ import annotations
@@ -21,33 +21,28 @@ from target_nav.nav.progress import Progress
 from target_nav.nav.room import Room
 from target_nav.nav.skill import SkillStatus, SkillStep, View
 from target_nav.nav.speed import YawControl, over_dead_band, within_limits
-from target_nav.state.types import STOP, FloatArray, Pose2D, Twist2D
+from target_nav.nav.spiral import spiral, spots_round
+from target_nav.state.types import STOP, Pose2D, Twist2D
 from target_nav.utils.frames import points_to_parent, to_parent, wrap_angle
 
-_STEP_SHARE = 0.75
-"""Way-points are so far apart, as a share of the spiral's spacing."""
-_FIRST_SHARE = 0.75
-"""The first way-point is so many spacings off: nearer, it sees little that turning on the spot did not."""
-_NEAR_ENOUGH_M = 0.25
-_MOST_COMPARED = 24
-"""The nearest so many way-points are compared: enough, and bounded in time."""
-_FARTHEST_WAY_M = 15.0
-"""In cost: tight places count several times."""
-_NO_WAY_S = 0.5
-_RINGS_M = ((0.0, 1, 0.0), (0.12, 8, 0.2), (0.24, 12, 0.5))
-"""Spots that stand for a way-point: radius, how many, extra cost."""
 _LOOK_EVERY_S = 0.25
 _SURE_SHARE = 0.9
 """Of the camera's range, in which a target is surely found."""
-_LOOKS = ((0.4, math.inf), (0.12, math.inf), (0.4, 2.0))
-"""Least new floor worth a way (m^2) and range at which a target counts as found (m): first the large shadows, then those
-of small boxes, then all again from nearer, in case the detector missed it."""
+_LOOKS = ((0.2, math.inf), (0.08, math.inf), (0.4, 2.0))
+"""Least new floor worth a way (m^2), and range at which a target counts as found (m): first the large shadows, then
+those of small boxes, then all again from nearer, in case the detector missed it."""
 _EDGE_RAD = 0.17
 """Left out at the picture's edges when choosing where to look, so that what was looked at is then well inside."""
-_GAZE_M2 = 0.10
+_GAZE_M2 = 0.1
 """New floor that is worth turning to."""
-_STOP_S = 3.0
+_STOP_S = 5.0
 """What stopping at a way-point costs, beside the way to it."""
+_MOST_COMPARED = 24
+"""So many way-points, the nearest, are compared in one tick: that bounds its time."""
+_FARTHEST_WAY_M = 15.0
+"""In cost: tight places count several times."""
+_NEAR_ENOUGH_M = 0.25
+_NO_WAY_S = 0.5
 _KEEP_GAZE = 1.5
 _LOOK_ROUND_SLACK = 1.3
 
@@ -133,7 +128,7 @@ class SpiralSearch(GuardedSkill):
         gaze = self._gaze_in_odom_rad
         drive = self._driver.drive(
             view,
-            lambda: _spots(waypoint),
+            lambda _: spots_round(waypoint),
             speed_mps=self._speed_mps,
             face_rad=None if gaze is None else wrap_angle(gaze - pose.yaw_rad),
             face_top_radps=self._yaw_rate_radps,
@@ -209,13 +204,12 @@ class SpiralSearch(GuardedSkill):
 
     def _drop_if_seen(self) -> None:
         """On the way much is seen already; what the way-point would still show may not be worth it any more."""
-        if self._waypoint is not None and self._look_round_until_s is None:
-            if (
-                float(self._coverage.unseen_by_ray_m2(np.array([self._waypoint])).sum())
-                < _LOOKS[self._look][0]
-            ):
-                self._passed_over += 1
-                self._done()
+        if self._waypoint is None or self._look_round_until_s is not None:
+            return
+        still_shows_m2 = float(self._coverage.unseen_by_ray_m2(np.array([self._waypoint])).sum())
+        if still_shows_m2 < _LOOKS[self._look][0]:
+            self._passed_over += 1
+            self._done()
 
     def _done(self) -> None:
         if self._waypoint in self._left:
@@ -241,27 +235,3 @@ class SpiralSearch(GuardedSkill):
             f" {self._visited} way-points visited, {self._passed_over} passed over)"
         )
         return SkillStep(SkillStatus.FAILURE, STOP, words)
-
-
-def spiral(radius_m: float, spacing_m: float) -> list[tuple[float, float]]:
-    """Way-points of r = spacing * angle / 2 pi, out to `radius_m`; the first straight ahead."""
-    points: list[tuple[float, float]] = []
-    per_rad = spacing_m / (2.0 * math.pi)
-    start = angle = 2.0 * math.pi * _FIRST_SHARE
-    while (r := per_rad * angle) <= radius_m + 1e-9:
-        points.append((r * math.cos(angle - start), r * math.sin(angle - start)))
-        angle += _STEP_SHARE * spacing_m / math.hypot(r, per_rad)
-    return points or [(radius_m, 0.0)]
-
-
-def _spots(waypoint_m: tuple[float, float]) -> FloatArray:
-    rows = [
-        (
-            waypoint_m[0] + r * math.cos(2.0 * math.pi * i / n),
-            waypoint_m[1] + r * math.sin(2.0 * math.pi * i / n),
-            extra,
-        )
-        for r, n, extra in _RINGS_M
-        for i in range(n)
-    ]
-    return np.array(rows)

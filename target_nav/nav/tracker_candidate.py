@@ -14,7 +14,9 @@ from target_nav.nav.lidar_clusters import TargetFix
 from target_nav.nav.tracker_filter import CameraExpectation, CameraMeasurement, TargetFilter
 from target_nav.state.types import Pose2D
 
-FIX_SLACK_M = 0.02
+DOUBTS = 3
+"""So many scans in a row in which the camera alone prefers another cluster: 0.55 s."""
+FIX_SLACK_M = 0.01
 """Between what a filter expects and a fix, beyond both covariances: unmodelled shape and timing."""
 
 
@@ -40,6 +42,8 @@ class Candidate:
     confirmed: bool = False
     last_ranged_s: float = -math.inf
     last_fix: TargetFix | None = None
+    doubts: int = 0
+    """Scans in a row in which the camera alone preferred another cluster."""
     fused: TargetFilter | None = None
     """What camera and LiDAR say together, since the first cluster that was taken."""
 
@@ -77,17 +81,29 @@ class Candidate:
         if fused is not None and fused.distance(measurement)[0] <= gate:
             self.fused.update_camera(fused, measurement)
         if self.camera.position_distance(self.fused.x_m, self.fused.y_m) > gate:
-            self.fused = self.last_fix = None
-            self.last_ranged_s = -math.inf
+            self.forget_lidar()
 
     def distances(self, fix: TargetFix) -> tuple[float, float]:
         """Squared Mahalanobis distance of a fix from what is believed, and from what the camera alone says."""
-        xx, xy, yx, yy = fix.covariance_m2
+        xx, xy, yx, yy = fix.gate_covariance_m2
         widened = (xx + FIX_SLACK_M**2, xy, yx, yy + FIX_SLACK_M**2)
+        believed, camera = self.filter, self.camera
         return (
-            self.filter.position_distance(fix.x_m, fix.y_m, widened),
-            self.camera.position_distance(fix.x_m, fix.y_m, widened),
+            believed.position_distance(*fix.nearest_to(believed.x_m, believed.y_m), widened),
+            camera.position_distance(*fix.nearest_to(camera.x_m, camera.y_m), widened),
         )
+
+    def doubt_lidar(self) -> None:
+        """There is a cluster that suits the camera better than the one that suits what is believed."""
+        self.doubts += 1
+        if self.doubts >= DOUBTS:
+            self.forget_lidar()
+
+    def forget_lidar(self) -> None:
+        """Go back to what the camera alone says."""
+        self.fused = self.last_fix = None
+        self.last_ranged_s = -math.inf
+        self.doubts = 0
 
     def take(self, fix: TargetFix) -> None:
         """Take a fix that agrees with both filters."""

@@ -32,6 +32,9 @@ FIX_AGREES_M = 0.08
 """A LiDAR fix counts if the last one was as near as this: one look at a chair leg does not move a target."""
 FIX_MEMORY_S = 1.0
 """and not older than this."""
+CONTRADICTION = 1.0
+"""Where the camera alone prefers another cluster by more (squared Mahalanobis distance), earlier ones may have been
+wrong."""
 AMBIGUOUS_DISTANCE = 4.0
 """Two clusters whose squared Mahalanobis distances differ by less could be either."""
 
@@ -184,7 +187,11 @@ class CandidateSet:
             return None
         found = sorted((*candidate.distances(fix), index) for index, fix in enumerate(near))
         believed, by_camera, index = found[0]
-        if max(believed, by_camera) > gate or near[index].hidden:
+        if by_camera - min(row[1] for row in found) > CONTRADICTION:
+            candidate.doubt_lidar()
+            return None
+        candidate.doubts = 0
+        if max(believed, by_camera) > gate or near[index].doubtful:
             return None
         if len(found) > 1 and found[1][0] - believed < AMBIGUOUS_DISTANCE:
             return None

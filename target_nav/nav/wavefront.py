@@ -82,7 +82,7 @@ class Wave:
         return costs
 
     def descend(self, cell: int) -> list[int]:
-        """Cells from `cell` (where the wave ended) down to a goal, both included; straight on where there is a choice."""
+        """Cells from `cell` (where the wave ended) down to a goal, both included; straight on where it can choose."""
         side, fronts, cost = self.side, self.fronts, self.cost
         path = [cell]
         last = 0

@@ -14,6 +14,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 EXECUTABLES = {"tree_executor", "camera_node", "arduino_node", "odometry_node", "detector_node", "sim"}
+EXECUTABLES |= {"lidar_node", "bag_recorder"}
 # Composed, so that a search for them finds nothing here.
 REGISTRY_HOSTS = ["python" + "hosted", "py" + "pi.org", "registry." + "npm", "github" + ".com"]
 LOCAL_PATHS = ["file" + "://", "/" + "root/", "/" + "home/", "/" + "opt/"]
@@ -66,6 +67,9 @@ def test_colcon_puts_everything_where_ros2_run_looks(workspace: Path) -> None:
     assert (prefix / "share/ament_index/resource_index/packages/target_nav").is_file()
     assert (prefix / "share/target_nav/package.xml").is_file()
     assert (prefix / "share/target_nav/trees/bowling_pin.xml").is_file()
+    assert (prefix / "share/target_nav/launch/bringup.launch.py").is_file()
+    assert (prefix / "share/target_nav/launch/record.launch.py").is_file()
+    assert (prefix / "share/target_nav/urdf/target_nav.urdf").is_file()
 
 
 @pytest.mark.slow

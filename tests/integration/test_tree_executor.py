@@ -93,9 +93,8 @@ class Client:
             topic_name=topic, parameters=SnapshotStreamParameters(**parameters)
         )
         answer = self.call(OpenSnapshotStream, name, request)
-        assert self.node.count_publishers(answer.topic_name) == 1, (
-            "the publisher exists before `open` returns"
-        )
+        # it exists before `open` returns, but discovery may bring the news after the answer
+        self.spin_until(lambda: self.node.count_publishers(answer.topic_name) == 1, "the publisher", 2.0)
         return answer.topic_name, self.listen(BehaviourTree, answer.topic_name, LATCHED)
 
 
@@ -198,7 +197,8 @@ def test_a_tf2_listener_that_comes_late_gets_the_mounts(client: Client) -> None:
     )
     client.spin_until(lambda: heard, "/tf_static")
     frames = {(t.header.frame_id, t.child_frame_id) for t in heard[-1].transforms}
-    assert frames == {("base_link", "laser"), ("base_link", "camera_link")}
+    optical = ("camera_link", "camera_optical_frame")
+    assert frames >= {("base_link", "laser"), ("base_link", "camera_link"), optical}
 
 
 def test_a_second_executor_is_refused_and_names_the_first(executor: Managed, tmp_path: Path) -> None:

@@ -65,3 +65,15 @@ def test_the_end_of_a_log(tmp_path: Path) -> None:
     assert last_lines(path, 3) == []
     path.write_text("".join(f"line {n}\n" for n in range(10_000)))
     assert last_lines(path, 3) == ["line 9997", "line 9998", "line 9999"]
+
+
+def test_a_log_that_logrotate_has_emptied_is_read_from_its_begin(tmp_path: Path) -> None:
+    source = tmp_path / "a.log"
+    source.write_text("12:00:00.000 INFO one, which is a long line\n12:00:00.100 half")
+    merger = LogMerger({"a": source}, tmp_path / "run.log")
+    merger.pump()
+    source.write_text("")
+    merger.pump()
+    source.write_text("12:00:01.000 INFO two\n")
+    merger.pump()
+    assert [line.split("INFO ")[1] for line in merger.recent] == ["one, which is a long line", "two"]

@@ -10,7 +10,13 @@ from pathlib import Path
 import pytest
 
 from target_nav.app.process_spec import ProcessSpec, ReadyWhen, RestartPolicy
-from target_nav.app.process_table import StackOptions, find_ros_executable, robot_stack, simulation_stack
+from target_nav.app.process_table import (
+    StackOptions,
+    find_ros_executable,
+    recorder,
+    robot_stack,
+    simulation_stack,
+)
 
 
 @pytest.fixture
@@ -89,26 +95,69 @@ def test_nav_gets_its_orders(options: StackOptions, tmp_path: Path) -> None:
 
 def test_the_robot_has_no_simulator(options: StackOptions) -> None:
     stack = by_name(robot_stack(options, "/dev/ttyACM0", environment={}))
-    assert list(stack) == ["detector", "camera", "arduino", "odometry", "nav"]
+    assert list(stack) == ["lidar", "detector", "camera", "arduino", "odometry", "nav"]
     assert option(stack["arduino"], "--port") == "/dev/ttyACM0"
     assert option(stack["detector"], "--source") == "/dev/video0"
 
 
-def test_a_missing_lidar_driver_is_told(options: StackOptions, caplog: pytest.LogCaptureFixture) -> None:
-    robot_stack(options, "/dev/ttyACM0", environment={})
-    assert "start a LiDAR driver yourself" in caplog.text
+def test_without_rplidar_ros_our_own_driver_reads_the_lidar(options: StackOptions) -> None:
+    lidar = robot_stack(options, "/dev/ttyACM0", "/dev/ttyUSB1", environment={})[0]
+    assert lidar.argv[2] == "target_nav.app.lidar_node"
+    assert option(lidar, "--port") == "/dev/ttyUSB1"
+    assert option(lidar, "--prefix") == "t1"
+    assert (lidar.critical, lidar.holds_next, lidar.ready) == (True, False, ReadyWhen.REPORTED)
+
+
+def install(prefix: Path, package: str, name: str) -> dict[str, str]:
+    """An executable of a ROS package, and the environment in which it is found."""
+    program = prefix / "lib" / package / name
+    program.parent.mkdir(parents=True)
+    program.write_text("")
+    program.chmod(0o755)
+    return {"AMENT_PREFIX_PATH": f"/nowhere:{prefix}"}
+
+
+def test_our_own_driver_can_be_asked_for(options: StackOptions, tmp_path: Path) -> None:
+    environment = install(tmp_path, "rplidar_ros", "rplidar_node")
+    asked = replace(options, own_lidar_driver=True)
+    assert (
+        robot_stack(asked, "/dev/ttyACM0", environment=environment)[0].argv[2] == "target_nav.app.lidar_node"
+    )
+
+
+def test_the_model_is_published_where_its_publisher_is_installed(
+    options: StackOptions, tmp_path: Path
+) -> None:
+    environment = install(tmp_path, "robot_state_publisher", "robot_state_publisher")
+    model = by_name(robot_stack(options, "/dev/ttyACM0", environment=environment))["model"]
+    assert model.argv[2] == "target_nav.app.robot_description"
+    assert option(model, "--publish") == str(tmp_path / "robot_description.yaml")
+    assert not model.critical
+
+
+def test_a_bag_is_recorded_when_asked_for(options: StackOptions, tmp_path: Path) -> None:
+    asked = replace(options, bag=tmp_path / "bag")
+    for stack in (
+        simulation_stack(asked, "open_floor", 7),
+        robot_stack(asked, "/dev/ttyACM0", environment={}),
+    ):
+        spec = stack[-1]
+        assert (spec.name, spec.critical) == ("recorder", False)
+        assert option(spec, "--output") == str(tmp_path / "bag")
+        assert "--topics" not in spec.argv
+
+
+def test_a_recorder_can_be_asked_for_other_topics(options: StackOptions) -> None:
+    spec = recorder(options, Path("bag"), ("/scan", "/tf"))
+    assert spec.argv[-3:] == ("--topics", "/scan", "/tf")
 
 
 @pytest.mark.parametrize("name", ["rplidar_node", "rplidar_composition"])
 def test_an_installed_lidar_driver_is_started_first(options: StackOptions, tmp_path: Path, name: str) -> None:
-    driver = tmp_path / "lib" / "rplidar_ros" / name
-    driver.parent.mkdir(parents=True)
-    driver.write_text("")
-    driver.chmod(0o755)
-    environment = {"AMENT_PREFIX_PATH": f"/nowhere:{tmp_path}"}
+    environment = install(tmp_path, "rplidar_ros", name)
     lidar = robot_stack(options, "/dev/ttyACM0", "/dev/ttyUSB1", environment=environment)[0]
     assert lidar.name == "lidar"
-    assert lidar.argv[0] == str(driver)
+    assert lidar.argv[0] == str(tmp_path / "lib" / "rplidar_ros" / name)
     assert "serial_port:=/dev/ttyUSB1" in lidar.argv
 
 

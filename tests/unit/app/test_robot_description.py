@@ -16,7 +16,8 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from target_nav.app.robot_description import frames, parameter_file, urdf
+from target_nav.app.robot_description import frame_to_msg, frames, parameter_file, urdf
+from target_nav.app.ros_clock import RosClock
 from target_nav.app.ros_convert import BASE_FRAME, CAMERA_FRAME, LASER_FRAME
 from target_nav.config import Config
 from target_nav.sim.wheels import WHEEL_RADIUS_M, Base
@@ -192,3 +193,14 @@ def test_a_missing_publisher_is_told(tmp_path: Path) -> None:
     assert done.returncode == 2
     assert "apt install ros-jazzy-robot-state-publisher" in done.stderr
     assert not (tmp_path / "model.yaml").exists()
+
+
+@pytest.mark.ros
+def test_the_optical_frame_looks_along_the_cameras_x_axis_in_tf_as_well() -> None:
+    pytest.importorskip("geometry_msgs.msg")
+    optical = next(f for f in frames(Config()) if f.name == "camera_optical_frame")
+    q = frame_to_msg(optical, 1.0, RosClock()).transform.rotation
+    # REP-103: z out of the lens; the third column of the rotation matrix is where z points
+    z_axis = (2 * (q.x * q.z + q.w * q.y), 2 * (q.y * q.z - q.w * q.x), 1 - 2 * (q.x**2 + q.y**2))
+    assert z_axis == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
+    assert q.x**2 + q.y**2 + q.z**2 + q.w**2 == pytest.approx(1.0)

@@ -21,6 +21,8 @@ from target_nav.hardware.protocol import (
     OdomLine,
     StopCommand,
     VelocityCommand,
+    VersionCommand,
+    VersionLine,
     encode_command,
     encode_velocity,
     parse_command,
@@ -43,6 +45,7 @@ commands = st.one_of(
     ),
     st.builds(MotorCommand, st.sampled_from(protocol.MOTORS), st.integers(-255, 255)),
     st.just(CalibrateCommand()),
+    st.just(VersionCommand()),
 )
 
 
@@ -55,6 +58,7 @@ commands = st.one_of(
         (b"ERROR,STALL,FL does not turn, stopped", ErrorLine("STALL", "FL does not turn, stopped")),
         (b"ERROR,STALL", ErrorLine("STALL", "")),
         (b"ACK,STOP", AckLine("STOP")),
+        (b"VERSION,1,0.1.0\r\n", VersionLine(1, "0.1.0")),
     ],
 )
 def test_the_firmwares_lines(line: bytes, meaning: object) -> None:
@@ -69,6 +73,7 @@ def test_the_firmwares_lines(line: bytes, meaning: object) -> None:
         (b"FWD,100,1719", MoveCommand("FWD", 100, 1719)),
         (b"TMOTOR,FL,100", MotorCommand("FL", 100)),
         (b"CALIB\r\n", CalibrateCommand()),
+        (b"VERSION", VersionCommand()),
     ],
 )
 def test_the_references_commands(line: bytes, meaning: object) -> None:
@@ -101,6 +106,12 @@ def test_the_references_commands(line: bytes, meaning: object) -> None:
         b"ERROR,",
         b"ACK",
         b"ACK,STOP,1",
+        b"VERSION",
+        b"VERSION,1",
+        b"VERSION,1,",
+        b"VERSION,0,0.1.0",
+        b"VERSION,one,0.1.0",
+        b"VERSION,1,0.1.0,x",
         b"\x00ODOM,1,2,3",
         b"ODOM,1,2,3\x00",
         b"ODOM,1,2,3" + b" " * protocol.MAX_LINE_BYTES,
@@ -124,6 +135,7 @@ def test_a_damaged_line_means_nothing(line: bytes) -> None:
         b"UP,100,10",
         b"TMOTOR,XX,1",
         b"TMOTOR,FL,256",
+        b"VERSION,1",
     ],
 )
 def test_a_damaged_command_means_nothing(line: bytes) -> None:
@@ -188,6 +200,12 @@ def test_encoder_counts_survive_the_line(counts: tuple[int, int, int, int]) -> N
 def test_encoder_counts_wrap_round_as_in_the_firmware() -> None:
     assert parse_line(protocol.encode_encoders((2**31, 2**32 + 5, -(2**31) - 1, 0))) == EncLine(
         (-(2**31) + 1, 5, 2**31 - 1, 0)
+    )
+
+
+def test_a_version_survives_the_line() -> None:
+    assert parse_line(protocol.encode_version("1.2.3-rc4")) == VersionLine(
+        protocol.PROTOCOL_VERSION, "1.2.3-rc4"
     )
 
 

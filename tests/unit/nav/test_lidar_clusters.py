@@ -28,7 +28,7 @@ def view_of(world: World, stamp_s: float = 10.5) -> PolarView:
 
 def fixes_near(world: World, x_m: float, y_m: float, gate_m: float = 0.3) -> list[TargetFix]:
     found = target_fixes(view_of(world), [(x_m, y_m)], gate_m, WIDTH_M)
-    return [fix for fix in found if not fix.hidden]
+    return [fix for fix in found if not fix.doubtful]
 
 
 def error_m(fix: TargetFix, x_m: float, y_m: float) -> float:
@@ -48,7 +48,7 @@ def test_its_covariance_says_how_far_off_it_may_be() -> None:
     squares = []
     for seed in range(150):
         rng = np.random.default_rng(seed)
-        range_m, bearing = rng.uniform(0.3, 3.0), rng.uniform(-math.pi, math.pi)
+        range_m, bearing = rng.uniform(0.3, 2.2), rng.uniform(-math.pi, math.pi)
         x_m, y_m = range_m * math.cos(bearing), range_m * math.sin(bearing)
         for fix in fixes_near(World(pins=[(x_m, y_m)], sensors=Sensors(seed=seed)), x_m, y_m):
             off = np.array([fix.x_m - x_m, fix.y_m - y_m])
@@ -73,6 +73,7 @@ BESIDE = {
     "a pin that touches a box": (World(pins=[(1.5, 0.0)], walls=box(1.5, 0.142, 0.2, 0.2)), (1.5, 0.0)),
     "a pin half hidden by a box": (World(pins=[(1.8, 0.0)], walls=box(1.0, 0.10, 0.2, 0.2)), (1.8, 0.0)),
     "a pin behind a box": (World(pins=[(1.8, 0.0)], walls=box(1.5, 0.0, 0.2, 0.4)), (1.8, 0.0)),
+    "a box twice as wide": (World(walls=box(1.5, 0.0, 0.16, 0.16)), (1.45, 0.0)),
     "a bin, round but thick": (World(circles=[(1.5, 0.0, 0.15)]), (1.5, 0.0)),
     "nothing": (World(), (1.5, 0.0)),
 }
@@ -128,14 +129,19 @@ def view_with(returns: dict[int, float]) -> PolarView:
 def test_a_wall_of_which_only_every_fourth_beam_comes_back_is_no_row_of_pins() -> None:
     wall = view_with(dict.fromkeys(range(-40, 41, 4), 2.0))
     assert len(find_clusters(wall)) == 21
-    assert target_fixes(wall, [(2.04, 0.0)], 0.5, WIDTH_M) == []
+    assert all(fix.doubtful for fix in target_fixes(wall, [(2.04, 0.0)], 0.5, WIDTH_M))
     alone = view_with({0: 2.0})
-    assert len(target_fixes(alone, [(2.04, 0.0)], 0.5, WIDTH_M)) == 1
+    assert [fix.doubtful for fix in target_fixes(alone, [(2.04, 0.0)], 0.5, WIDTH_M)] == [False]
 
 
 def test_one_return_where_a_pin_would_fill_seven_beams_is_no_pin() -> None:
     assert target_fixes(view_with({0: 0.6}), [(0.64, 0.0)], 0.3, WIDTH_M) == []
     assert target_fixes(view_with({0: 0.6, 1: 0.6, 2: 0.6}), [(0.64, 0.0)], 0.3, WIDTH_M) != []
+
+
+def test_a_pin_too_far_off_to_fill_two_beams_is_left_to_the_camera() -> None:
+    assert fixes_near(World(pins=[(2.2, 0.0)]), 2.2, 0.0) != []
+    assert fixes_near(World(pins=[(2.5, 0.0)]), 2.5, 0.0) == []
 
 
 def test_half_a_pin_may_be_either_half() -> None:
@@ -149,10 +155,41 @@ def test_half_a_pin_may_be_either_half() -> None:
     assert half.covariance_m2[3] > 1.5 * full.covariance_m2[3]
 
 
-def test_what_is_left_of_a_thing_behind_another_is_marked_as_hidden() -> None:
+def test_within_its_slack_a_fix_may_be_where_one_likes_and_no_farther() -> None:
+    whole = {beam: 0.64 - math.sqrt(0.04**2 - (0.64 * math.radians(beam)) ** 2) for beam in range(-3, 4)}
+    (half,) = target_fixes(view_with({b: r for b, r in whole.items() if b > 0}), [(0.64, 0.0)], 0.3, WIDTH_M)
+    assert half.nearest_to(half.x_m, half.y_m) == pytest.approx((half.x_m, half.y_m))
+    assert math.dist(half.nearest_to(0.64, 0.0), (0.64, 0.0)) < math.dist((half.x_m, half.y_m), (0.64, 0.0))
+    for side in (-1.0, 1.0):
+        x_m, y_m = half.nearest_to(0.64, side)
+        assert math.dist((x_m, y_m), (half.x_m, half.y_m)) == pytest.approx(half.slack_m)
+        assert (y_m - half.y_m) * side > 0.0
+
+
+def test_a_wall_behind_does_not_make_a_pin_doubtful() -> None:
+    world = World(pins=[(1.5, 0.0)], walls=[(1.62, -2.0, 1.62, 2.0)])
+    found = target_fixes(view_of(world), [(1.5, 0.0)], 0.3, WIDTH_M)
+    assert [fix.doubtful for fix in found] == [False]
+
+
+def test_nor_does_a_wall_that_ends_beside_it() -> None:
+    world = World(pins=[(1.5, 0.0)], walls=[(1.62, 0.06, 1.62, 0.5)])
+    found = target_fixes(view_of(world), [(1.5, 0.0)], 0.4, WIDTH_M)
+    assert [fix.doubtful for fix in found] == [False]
+
+
+def test_of_a_pin_and_a_post_that_melt_into_one_thing_every_part_is_doubtful() -> None:
+    world = World(pins=[(1.5, 0.0)], circles=[(1.5, 0.09, 0.03)])
+    found = target_fixes(view_of(world), [(1.5, 0.0)], 0.3, WIDTH_M)
+    assert len(found) > 3
+    assert all(fix.doubtful for fix in found)
+    assert any(error_m(fix, 1.5, 0.0) < 0.03 for fix in found)
+
+
+def test_what_is_left_of_a_thing_behind_another_is_doubtful() -> None:
     world = World(pins=[(1.8, 0.0)], walls=box(1.0, 0.10, 0.2, 0.2))
     found = target_fixes(view_of(world), [(1.8, 0.0)], 0.3, WIDTH_M)
-    assert [fix.hidden for fix in found] == [True]
+    assert [fix.doubtful for fix in found] == [True]
 
 
 def test_two_pins_are_two() -> None:

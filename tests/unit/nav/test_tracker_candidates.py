@@ -26,8 +26,9 @@ def measured(x_m: float, y_m: float = 0.0) -> CameraMeasurement:
     return CameraMeasurement(range_m, 0.035 * range_m, math.atan2(y_m, x_m), 0.01, bearing_only=False)
 
 
-def fix_at(x_m: float, y_m: float = 0.0, stamp_s: float = 1.0, hidden: bool = False) -> TargetFix:
-    return TargetFix(stamp_s, x_m, y_m, (2e-4, 0.0, 0.0, 2e-4), returns=3, hidden=hidden)
+def fix_at(x_m: float, y_m: float = 0.0, stamp_s: float = 1.0, doubtful: bool = False) -> TargetFix:
+    covariance_m2 = (2e-4, 0.0, 0.0, 2e-4)
+    return TargetFix(stamp_s, x_m, y_m, covariance_m2, 3, 0.0, 0.0, covariance_m2, doubtful)
 
 
 def seen(x_m: float, y_m: float = 0.0, hits: int = 10) -> Candidate:
@@ -75,7 +76,7 @@ def test_a_second_look_that_does_not_bear_out_the_first_moves_nothing(second: Ta
 def twice(candidate: Candidate, *fixes: tuple[float, float, bool]) -> bool:
     """Whether the same clusters, seen in two scans, were taken."""
     for stamp_s in (1.0, 1.2):
-        take_fixes(candidate, *(fix_at(x_m, y_m, stamp_s, hidden) for x_m, y_m, hidden in fixes))
+        take_fixes(candidate, *(fix_at(x_m, y_m, stamp_s, doubtful) for x_m, y_m, doubtful in fixes))
     return candidate.fused is not None
 
 
@@ -89,7 +90,7 @@ def test_of_two_clusters_the_one_that_fits_far_better_is_taken() -> None:
     assert abs(candidate.filter.y_m) < 0.02
 
 
-def test_a_hidden_cluster_is_never_taken_and_keeps_a_worse_one_from_being_taken() -> None:
+def test_a_doubtful_cluster_is_never_taken_and_keeps_a_worse_one_from_being_taken() -> None:
     assert not twice(seen(2.0), (2.0, 0.0, True))
     assert not twice(seen(2.0), (2.0, 0.0, True), (2.03, 0.05, False))
     assert twice(seen(2.0), (2.0, 0.0, False), (2.03, 0.12, True))
@@ -122,6 +123,30 @@ def test_a_cluster_that_only_agrees_with_earlier_clusters_is_not_taken() -> None
     before = position(candidate)
     take_fixes(candidate, fix_at(2.1, 0.15, stamp_s=1.2))
     assert position(candidate) == before
+
+
+def test_a_cluster_that_suits_the_camera_better_ends_a_wrong_one_within_three_scans() -> None:
+    candidate = seen(2.0, hits=2)
+    candidate.take(fix_at(2.1, 0.06))
+    scans = [
+        (fix_at(2.1, 0.06, 1.0 + 0.2 * n), fix_at(2.0, 0.0, 1.0 + 0.2 * n, doubtful=True)) for n in range(3)
+    ]
+    believed = []
+    for fixes in scans:
+        believed.append(candidate.fused is not None)
+        take_fixes(candidate, *fixes)
+    assert believed == [True, True, True]
+    assert candidate.fused is None
+    assert position(candidate) == pytest.approx((2.0, 0.0))
+
+
+def test_doubts_that_are_settled_in_between_end_nothing() -> None:
+    candidate = seen(2.0, hits=2)
+    candidate.take(fix_at(2.1, 0.06))
+    for scan in range(6):
+        others = [] if scan % 2 else [fix_at(2.0, 0.0, 1.0, doubtful=True)]
+        take_fixes(candidate, fix_at(2.1, 0.06, 1.0), *others)
+    assert candidate.fused is not None
 
 
 def test_an_outlier_of_the_camera_does_not_move_what_the_lidar_settled() -> None:

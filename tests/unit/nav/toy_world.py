@@ -36,7 +36,10 @@ from target_nav.utils.frames import compose, to_child
 SPEC = TargetSpec()
 PIN_RADIUS_M = 0.5 * SPEC.width_m
 TICK_S = 0.05
-SIGMA_M = ((0.15, 0.5, 1.0, 1.5, 2.5, 3.5, 4.5, 6.0), (0.0013, 0.0019, 0.0035, 0.0055, 0.0095, 0.0165, 0.0255, 0.031))
+SIGMA_M = (
+    (0.15, 0.5, 1.0, 1.5, 2.5, 3.5, 4.5, 6.0),
+    (0.0013, 0.0019, 0.0035, 0.0055, 0.0095, 0.0165, 0.0255, 0.031),
+)
 LOST = ((2.0, 3.0, 4.0, 5.0), (0.16, 0.235, 0.30, 0.44))
 
 Segment = tuple[float, float, float, float]
@@ -45,7 +48,12 @@ Segment = tuple[float, float, float, float]
 def box(x: float, y: float, length: float, width: float, yaw: float = 0.0) -> list[Segment]:
     """The four sides of a box round (x, y)."""
     pose = Pose2D(x, y, yaw)
-    corners = [(length / 2, width / 2), (-length / 2, width / 2), (-length / 2, -width / 2), (length / 2, -width / 2)]
+    corners = [
+        (length / 2, width / 2),
+        (-length / 2, width / 2),
+        (-length / 2, -width / 2),
+        (length / 2, -width / 2),
+    ]
     placed = [
         (pose.x_m + math.cos(yaw) * a - math.sin(yaw) * b, pose.y_m + math.sin(yaw) * a + math.cos(yaw) * b)
         for a, b in corners
@@ -92,8 +100,6 @@ class ToyWorld:
         self.pose_in_odom, self.odom_twist = Pose2D(), STOP
         self.poses = PoseHistory()
         self.tracker, self.memory = TargetTracker(self.config), ObstacleMemory(self.config)
-        import os
-        if os.environ.get("FAR"): self.memory._reach_m = self.memory._keep_m = float(os.environ["FAR"])
         self.limiter = VelocityLimiter(self.config)
         self.frames: list[DetectionFrame] = []
         self.frame: DetectionFrame | None = None
@@ -155,7 +161,8 @@ class ToyWorld:
 
     def _detection(self, range_m: float, bearing: float) -> Detection:
         camera = self.config.camera
-        height = camera.focal_px * SPEC.height_m / range_m * math.exp(self.noise * camera.box_jitter * self.rng.normal())
+        jitter = math.exp(self.noise * camera.box_jitter * self.rng.normal())
+        height = camera.focal_px * SPEC.height_m / range_m * jitter
         width = min(height * SPEC.width_m / SPEC.height_m, float(camera.width_px))
         clipped = height > camera.height_px
         height = min(height, float(camera.height_px))
@@ -172,7 +179,11 @@ class ToyWorld:
     def apply(self, request: MotionRequest | None) -> Limited:
         """Limit, drive for one tick, sense again."""
         track = self.track
-        target = to_child(self.pose_in_odom, track.x_m, track.y_m) if track is not None and track.confirmed else None
+        target = (
+            to_child(self.pose_in_odom, track.x_m, track.y_m)
+            if track is not None and track.confirmed
+            else None
+        )
         limited = self.limiter.limit(
             request, dt_s=TICK_S, scan_age_s=0.1, odom_age_s=0.0, camera_age_s=0.1,
             obstacles_in_base_m=self.memory.points_in_base(self.pose_in_odom, track, SPEC),
@@ -255,8 +266,7 @@ class ToyWorld:
 def _moved(pose: Pose2D, twist: Twist2D) -> Pose2D:
     turn = twist.wz_radps * TICK_S
     half = Pose2D(pose.x_m, pose.y_m, pose.yaw_rad + 0.5 * turn)
-    moved = compose(half, Pose2D(twist.vx_mps * TICK_S, twist.vy_mps * TICK_S, 0.5 * turn))
-    return moved
+    return compose(half, Pose2D(twist.vx_mps * TICK_S, twist.vy_mps * TICK_S, 0.5 * turn))
 
 
 def cast(x: float, y: float, angles: FloatArray, segments: FloatArray) -> FloatArray:
