@@ -37,6 +37,7 @@ AMENT_CMAKE_PARTS = [
     "version",
 ]
 
+GROOT = ["pyzmq>=25", "msgpack>=1.0"]
 TEST = ["pytest>=8", "pytest-timeout>=2.3", "hypothesis>=6.100"]
 ROS = ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"]
 # What it takes to build deploy/interfaces against those wheels; the metapackages do not pull all of it in.
@@ -107,7 +108,7 @@ setup(
         # ROS bags: messages stay serialized, so this library alone writes them.
         "record": ["mcap>=1.1"],
         # Groot2's monitor: ZeroMQ, and MessagePack for the blackboard.
-        "groot": ["pyzmq>=25", "msgpack>=1.0"],
+        "groot": GROOT,
         "test": TEST,
         "dev": [
             *TEST,
@@ -121,6 +122,9 @@ setup(
             # Other people's readers, to check ours against: of bags, and of the robot model.
             "rosbags>=0.11",
             "urdf_parser_py",
+            # BehaviorTree.CPP itself with Python leaves: the oracle of the differential tests.
+            "behaviortreepy>=0.1.4",
+            *GROOT,
             "colcon-common-extensions",
             "empy<4",
             # colcon calls setup.py with options that setuptools 80 removed.

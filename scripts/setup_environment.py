@@ -61,7 +61,9 @@ def make_venv(venv: Path, progress: Progress, *, system_site: bool) -> None:
     run(command, progress, f"{sys.executable} has no ensurepip, and using its pip instead", VENV_HINT)
 
 
-def install(venv: Path, arguments: Sequence[str | Path], progress: Progress, what: str) -> None:
+def install(
+    venv: Path, arguments: Sequence[str | Path], progress: Progress, what: str, *, compiled: bool = False
+) -> None:
     """Install with uv, which is ten times faster than pip; with pip when uv cannot be had or fails.
 
     pip reads the user's settings (a mirror, a proxy), which uv does not, so it may succeed where uv has failed.
@@ -72,7 +74,9 @@ def install(venv: Path, arguments: Sequence[str | Path], progress: Progress, wha
         if not uv.exists():
             pinned = re.search(r"^uv==\S+", LOCK.read_text(), re.MULTILINE)
             run([*pip, pinned.group() if pinned else "uv"], progress, "Installing uv", NETWORK_HINT)
-        run([uv, "pip", "install", "--python", python, *arguments], progress, what, NETWORK_HINT)
+        # The main environment's processes start from byte code: compiling SciPy anew takes each of them seconds.
+        options = ["--compile-bytecode"] if compiled else []
+        run([uv, "pip", "install", "--python", python, *options, *arguments], progress, what, NETWORK_HINT)
     except SetupError:
         run([*pip, *arguments], progress, what, NETWORK_HINT)
 
@@ -83,7 +87,7 @@ def install_packages(venv: Path, ros: str, progress: Progress) -> str:
         locks: list[str | Path] = ["--require-hashes", "-r", LOCK]
         if ros == "wheels":
             locks += ["-r", ROS_LOCK]
-        install(venv, locks, progress, "Installing the locked packages")
+        install(venv, locks, progress, "Installing the locked packages", compiled=True)
         return "as locked"
     # apt's messages are compiled against apt's numpy, so that has to stay and the lock cannot apply. pip counts what
     # the system has as installed (uv would not see it).
