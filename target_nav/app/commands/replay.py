@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 from rich.table import Table
 
-from target_nav.app.replay import replay
+from target_nav.app.extras import require_extra
 from target_nav.app.terminal import table_console
 
 
@@ -23,6 +23,9 @@ def command(ctx: click.Context, run: Path, mission: Path | None, most: int) -> N
 
     RUN is a folder under runs/, or the .mcap file in it.
     """
+    require_extra("mcap", "sim")
+    from target_nav.app.replay import replay
+
     path = run / "run.mcap" if run.is_dir() else run
     report = replay(path, mission, most)
     if not report.differences:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from target_nav.app.extras import require_extra
 from target_nav.app.paths import REFERENCE_MISSION, mission_path
 from target_nav.app.run_folder import make_run_folder
 from target_nav.config import Config
@@ -60,6 +61,8 @@ def command(
         assert arena_name is not None
         data = _run_virtual(arena_name, path, seed, out)
     else:
+        require_extra("mcap", "sim")
+        require_extra("matplotlib", "sim")
         from target_nav.app.full_stack import StackOrder, run_stack
 
         data = run_stack(StackOrder(path, arena_name, seed, out, prefix, headless, wait))
@@ -69,12 +72,15 @@ def command(
 
 
 def _run_virtual(arena_name: str, mission: Path, seed: int, out: Path) -> dict[str, object]:
-    from target_nav.app.recording import RunRecorder, header_of
-    from target_nav.app.run_report import finish_run
-    from target_nav.app.virtual import run_virtual
     from target_nav.sim.arena import load_arena
 
     arena = load_arena(arena_name)
+    require_extra("mcap", "sim")
+    require_extra("matplotlib", "sim")
+    from target_nav.app.recording import RunRecorder, header_of
+    from target_nav.app.run_report import finish_run
+    from target_nav.app.virtual import run_virtual
+
     folder = make_run_folder(out)
     with RunRecorder(folder.recording, header_of(arena.config, load_mission(mission))) as recorder:
         result = run_virtual(arena, mission, seed, recorder)
