@@ -149,7 +149,9 @@ def test_two_seconds_of_driving_are_seen_in_odometry_and_end_when_nobody_drives(
     # The firmware reports odometry only while it is driven: its last line tells when STOP came.
     wait_until(lambda: time.monotonic() - chain.odometry[-1].stamp_s > 0.5, "the end of odometry")
     stopped = chain.odometry[-1]
-    assert 0.4 < stopped.stamp_s - last_s < 1.5
+    # On a machine that stalls for 0.2 s the firmware's own watchdog stops first, which is as it should be.
+    earliest_s = 0.0 if "WATCHDOG" in chain.arduino.log() else 0.4
+    assert earliest_s < stopped.stamp_s - last_s < 1.5
     assert stopped.pose_in_odom.x_m - way_m < 0.2
 
     truth = chain.truth()
