@@ -205,7 +205,7 @@ class SearchConfig:
     yaw_rate_radps: float = quantity(0.5, "rad/s", 0.05, 3.0, "turning while searching")
     spiral_time_limit_s: float = quantity(90.0, "s", 1.0, 3600.0, "spiral search gives up")
     spiral_spacing_m: float = quantity(0.8, "m", 0.1, 5.0, "distance of one turn of the spiral to the next")
-    spiral_radius_m: float = quantity(2.5, "m", 0.2, 20.0, "how far out the spiral goes")
+    spiral_radius_m: float = quantity(4.0, "m", 0.2, 20.0, "how far out the spiral goes")
     spiral_speed_mps: float = quantity(0.20, "m/s", 0.02, 2.0, "speed along the spiral")
 
 

@@ -51,29 +51,40 @@ class Coverage:
         self._shade = np.zeros((_SIDE, _SIDE), dtype=np.bool_)
         self._looks = np.zeros((_SIDE, _SIDE), dtype=np.uint8)
         self._known = np.zeros((_SIDE, _SIDE), dtype=np.bool_)
+        self._reach_m = math.inf
+
+    @property
+    def _sure_m(self) -> float:
+        """So far off something counts as seen: near enough for the camera, and for obstacles to be known."""
+        return min(self._range_m, self._reach_m)
 
     def look_again(self, range_m: float) -> None:
         """Everything counts as unseen again, and the target as found only within `range_m`."""
         self._looks[:] = 0
         self._range_m = range_m
 
-    def update(self, pose_in_odom: Pose2D, points_in_odom_m: FloatArray) -> None:
-        """Take in obstacles, and what the camera sees from here; a few times a second."""
+    def update(self, pose_in_odom: Pose2D, points_in_odom_m: FloatArray, reach_m: float) -> None:
+        """Take in obstacles, and what the camera sees from here; a few times a second.
+
+        Beyond `reach_m` obstacles are not known, so nothing there counts as seen or as free.
+        """
         if len(points_in_odom_m):
             self._block(points_in_odom_m)
+        self._reach_m = reach_m
         here = np.array([[pose_in_odom.x_m, pose_in_odom.y_m]])
         angles = self._view_angles + pose_in_odom.yaw_rad + self._camera_yaw_rad
-        rows, columns, sees = self._rays(here, angles, _RAY_STEP_M)
+        rows, columns, sees = self._rays(here, angles, _RAY_STEP_M, self._sure_m)
         seen_rows, seen_columns = rows[sees], columns[sees]
         looks = self._looks[seen_rows, seen_columns]
         self._looks[seen_rows, seen_columns] = np.minimum(looks + 1, _LOOKS)
-        rows, columns, sees = self._rays(here, self._all_round, _GAIN_STEP_M)
+        rows, columns, sees = self._rays(here, self._all_round, _GAIN_STEP_M, reach_m)
         self._known[rows[sees], columns[sees]] = True
 
     def settle(self, pose_in_odom: Pose2D) -> None:
         """Everything in sight from here counts as seen: it was looked round as far as it was worth it."""
         here = np.array([[pose_in_odom.x_m, pose_in_odom.y_m]])
-        rows, columns, sees = self._rays(here, self._all_round, _RAY_STEP_M)
+        all_round = np.arange(-math.pi, math.pi, _VIEW_RAY_RAD)
+        rows, columns, sees = self._rays(here, all_round, _RAY_STEP_M, self._sure_m)
         self._looks[rows[sees], columns[sees]] = _LOOKS
 
     def is_known_free(self, spots_m: FloatArray) -> NDArray[np.bool_]:
@@ -83,8 +94,8 @@ class Coverage:
         return free
 
     def unseen_by_ray_m2(self, spots_m: FloatArray) -> FloatArray:
-        """Area still unseen that is in sight from each spot, by direction, shape (K, rays). `spots_m` is (K, 2)."""
-        rows, columns, sees = self._rays(spots_m, self.ray_angles_rad, _GAIN_STEP_M)
+        """Unseen area that would be seen from each spot, by direction, shape (K, rays). `spots_m` is (K, 2)."""
+        rows, columns, sees = self._rays(spots_m, self.ray_angles_rad, _GAIN_STEP_M, self._sure_m)
         unseen = sees & (self._looks[rows, columns] < _LOOKS)
         radius = _NEAREST_M + np.arange(rows.shape[2]) * _GAIN_STEP_M
         area: FloatArray = (unseen * radius).sum(axis=2) * (_GAIN_STEP_M * 2.0 * math.pi / _GAIN_RAYS)
@@ -104,10 +115,10 @@ class Coverage:
         self._shade = shade
 
     def _rays(
-        self, spots_m: FloatArray, angles_rad: FloatArray, step_m: float
+        self, spots_m: FloatArray, angles_rad: FloatArray, step_m: float, range_m: float
     ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
         """Rows and columns of samples along rays from each spot, shape (K, rays, steps), and which are in sight."""
-        radius = np.arange(_NEAREST_M, self._range_m, step_m)
+        radius = np.arange(_NEAREST_M, max(range_m, 2.0 * _NEAREST_M), step_m)
         along = np.multiply.outer(np.column_stack([np.cos(angles_rad), np.sin(angles_rad)]), radius)
         offsets = (spots_m - self._origin) / _CELL_M + _HALF
         x = offsets[:, 0, None, None] + along[:, 0] / _CELL_M

@@ -65,10 +65,15 @@ class Driver:
         self._body = Footprint.of(config.robot)
         self._holonomic = config.robot.drive != "differential"
         self._planner = RoutePlanner(config)
-        self._memory = RouteMemory(config.avoid.memory_radius_m - 0.2)
+        self._memory = RouteMemory(config.avoid.look_ahead_m, config.avoid.memory_radius_m)
         self._steering = BodySteering(config)
         self._yaw = YawControl(config.robot)
         self.reset()
+
+    @property
+    def reach_m(self) -> float:
+        """How far off the view is known to show obstacles."""
+        return self._memory.reach_m
 
     @property
     def route(self) -> Route | None:

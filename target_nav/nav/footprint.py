@@ -25,8 +25,9 @@ def as_points(points_m: FloatArray) -> FloatArray:
     """Points as finite float64 of shape (N, 2): an empty array of any shape becomes (0, 2), non-finite rows go."""
     points = np.asarray(points_m, dtype=np.float64)
     if points.size == 0:
-        return np.empty((0, 2))
-    points = points.reshape(-1, 2)
+        return points if points.shape == (0, 2) else np.empty((0, 2))
+    if points.ndim != 2 or points.shape[1] != 2:
+        points = points.reshape(-1, 2)
     finite = np.isfinite(points).all(axis=1)
     return points if finite.all() else points[finite]
 

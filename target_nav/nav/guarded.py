@@ -1,7 +1,7 @@
 """The frame round every skill that moves: what is not finite never reaches its arithmetic.
 
-A pose or a velocity that is not finite stops the robot for the tick; a track that is not finite is none; obstacle
-points that are not finite are left out. The skill proper begins with the first tick that can be used.
+A pose or a velocity that is not finite, or absurd, stops the robot for the tick; a track that is not finite is none;
+obstacle points that are not finite are left out. The skill proper begins with the first tick that can be used.
 """
 
 from __future__ import annotations
@@ -15,6 +15,9 @@ import numpy as np
 from target_nav.nav.footprint import as_points
 from target_nav.nav.skill import SkillStatus, SkillStep, View
 from target_nav.state.types import STOP
+
+_NONSENSE_M = 1e6
+"""Nothing on wheels gets so far: such a number is an error, and squared it would overflow."""
 
 
 class GuardedSkill(ABC):
@@ -45,8 +48,9 @@ class GuardedSkill(ABC):
 
 def _problem(view: View) -> str:
     """Why nothing can be decided in this tick, or nothing."""
-    if not view.pose_in_odom.is_finite():
-        return "pose in odom not finite; is odometry running?"
+    pose = view.pose_in_odom
+    if not (pose.is_finite() and abs(pose.x_m) < _NONSENSE_M and abs(pose.y_m) < _NONSENSE_M):
+        return f"pose ({pose.x_m:g}, {pose.y_m:g}) m is not finite or out of this world; is odometry running?"
     if not view.twist_in_base.is_finite():
         return "velocity not finite; is odometry running?"
     if not math.isfinite(view.now_s):
@@ -57,7 +61,11 @@ def _problem(view: View) -> str:
 def _cleaned(view: View) -> View:
     points = as_points(view.obstacles_in_base_m)
     track = view.track
-    if track is not None and not np.isfinite((track.x_m, track.y_m, *track.covariance_m2)).all():
+    if track is not None and not (
+        np.isfinite(track.covariance_m2).all()
+        and abs(track.x_m) < _NONSENSE_M
+        and abs(track.y_m) < _NONSENSE_M
+    ):
         track = None
     if points is view.obstacles_in_base_m and track is view.track:
         return view

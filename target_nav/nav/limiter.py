@@ -21,6 +21,8 @@ _REACTION_S = 0.20
 """Tick, command and drivetrain: how long the old velocity goes on."""
 _SAMPLES = 14
 _ROUNDING_M = 1e-4
+_NOTHING = 1e-6
+"""m/s or rad/s: no motion at all."""
 _TOUCHING_M = 0.005
 """Nearer than this to one thing is no excuse to come as near to another."""
 _TARGET_RADIUS_M = 0.045
@@ -228,7 +230,7 @@ class VelocityLimiter:
 
 
 def _still(twist: Twist2D) -> bool:
-    return twist.vx_mps == 0.0 and twist.vy_mps == 0.0 and twist.wz_radps == 0.0
+    return twist.speed_mps < _NOTHING and abs(twist.wz_radps) < _NOTHING
 
 
 def _close(one: Twist2D, other: Twist2D) -> bool:

@@ -24,7 +24,7 @@ from target_nav.state.types import STOP, FloatArray, Track
 from target_nav.utils.frames import to_child
 
 _FACING_RAD = 0.15
-_STANDING_S, _NO_NEARER_S = 4.0, 20.0
+_STANDING_S, _NO_NEARER_S = 4.0, 15.0
 _RECOVERIES = 3
 _OWN_RADIUS_M = 0.08
 """The target's own points, where the tracker has left some in."""
@@ -62,7 +62,7 @@ class NavigateToTarget(GuardedSkill):
 
     def _begin(self, view: View) -> None:
         self._driver.forget()
-        self._progress.restart()
+        self._progress.begin()
         self._recovery.begin()
         self._last_seen.begin(view.now_s)
         self._is_straight = False

@@ -11,7 +11,7 @@ from target_nav.state.types import Pose2D
 from target_nav.utils.frames import wrap_angle
 
 _SURPRISE_M = 0.5
-_SURPRISES = 5
+_SURPRISES = 4
 
 
 class Progress:
@@ -25,9 +25,13 @@ class Progress:
         self._anchor: Pose2D | None = None
         self._surprises = 0
 
-    def restart(self) -> None:
-        self._anchor = None
+    def begin(self) -> None:
+        self.restart()
         self._surprises = 0
+
+    def restart(self) -> None:
+        """Begin the count anew; surprises had before still count."""
+        self._anchor = None
 
     def stalled(self, now_s: float, pose: Pose2D, cost_to_go_m: float) -> str:
         """Empty while there is progress, else what is missing. An infinite cost counts as no nearer."""

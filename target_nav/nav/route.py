@@ -115,8 +115,8 @@ class RoutePlanner:
         start = np.array(start_m)
         steps, _ = self._costs(points_in_odom_m - start if len(points_in_odom_m) else points_in_odom_m)
         wave, _ = spread(_SIDE, steps, [(0, 1 << _CENTRE)], 0, int(limit_m / CELL_M))
-        index = np.rint((spots_m - start) / CELL_M).astype(np.intp) + _HALF
-        inside = ((index >= self._pad) & (index < _SIDE - self._pad)).all(axis=1)
+        index = _cells(spots_m - start)
+        inside = _within(index, self._pad)
         regions = [
             _window(column, row, _NEAR_SPOT_CELLS) if known else 0
             for (column, row), known in zip(index.tolist(), inside.tolist())
@@ -130,7 +130,7 @@ class RoutePlanner:
         nearest_m = math.inf
         if len(points_m):
             near = points_m[np.abs(points_m).max(axis=1) < self._window_m]
-            index = np.rint(near / CELL_M).astype(np.intp) + _HALF
+            index = _cells(near)
             occupied[index[:, 1], index[:, 0]] = True
             nearest_m = float(np.hypot(points_m[:, 0], points_m[:, 1]).min())
         radii = [self._fits_m, self._turns_m, self._comfort_m]
@@ -153,9 +153,9 @@ class RoutePlanner:
 
     def _goal_bits(self, goals_m: FloatArray, start: FloatArray) -> list[tuple[int, int]]:
         """Goals as (extra cost, cells)."""
-        index = np.rint((goals_m[:, :2] - start) / CELL_M).astype(np.intp) + _HALF
+        index = _cells(goals_m[:, :2] - start)
         extra = np.rint(goals_m[:, 2] / CELL_M).astype(np.intp)
-        inside = ((index >= self._pad) & (index < _SIDE - self._pad)).all(axis=1)
+        inside = _within(index, self._pad)
         if not inside.any():
             return self._rim(goals_m, start)
         grouped: dict[int, int] = {}
@@ -169,7 +169,8 @@ class RoutePlanner:
         radius = self._window_m - 0.05
         ring = radius * np.column_stack([np.cos(angle), np.sin(angle)])
         to_goal = np.hypot(*(goals_m[None, :, :2] - start - ring[:, None, :]).transpose(2, 0, 1)).min(axis=1)
-        extra = to_goal - to_goal.min()
+        # Twice, for the wave's own metric is a few percent off and would pull towards the diagonals.
+        extra = 2.0 * (to_goal - to_goal.min())
         keep = extra < 2.0 * radius
         local = np.column_stack([ring[keep] + start, extra[keep]])
         return self._goal_bits(local, start)
@@ -185,7 +186,7 @@ class RoutePlanner:
             return path
         offsets = self.route.points_m - start
         first = int(np.hypot(offsets[:, 0], offsets[:, 1]).argmin())
-        rest = np.rint(offsets[first:] / CELL_M).astype(np.intp) + _HALF
+        rest = _cells(offsets[first:])
         if len(rest) < 2 or rest.min() < 1 or rest.max() >= _SIDE - 1:
             return path
         apart = np.abs(rest[::3, None, :] - path[None, ::3, :]).max(axis=2).min(axis=1).max() * CELL_M
@@ -199,6 +200,18 @@ class RoutePlanner:
         joined: CellPath = np.vstack([np.full((1, 2), _HALF, dtype=np.intp), rest])
         mine, other = _so_far(joined, cost_grid)[-1], _so_far(path, cost_grid)[-1]
         return path if other < _SWITCH_SHARE * mine - 2.0 else joined
+
+
+def _cells(offsets_m: FloatArray) -> CellPath:
+    """Column and row of points relative to the robot; what is far out of the grid stays out of it."""
+    index: CellPath = np.rint(np.clip(offsets_m / CELL_M, -2.0 * _SIDE, 2.0 * _SIDE)).astype(np.intp) + _HALF
+    return index
+
+
+def _within(index: CellPath, border: int) -> NDArray[np.bool_]:
+    """Which cells lie off the grid's border by so much."""
+    within: NDArray[np.bool_] = (np.min(index, axis=1) >= border) & (np.max(index, axis=1) < _SIDE - border)
+    return within
 
 
 def _step_lengths(path: CellPath) -> FloatArray:

@@ -20,6 +20,7 @@ _MEMORY_S = 60.0
 _UNSEEN_S = 10.0
 """In a direction without any return nothing speaks against a point but its age."""
 _FORGET_BEYOND_M = 5.0
+_REACH_SLACK_M = 0.1
 _SECTORS = 120
 _THROUGH_M = 0.10
 """A view whose nearest point lies so much farther off has looked through."""
@@ -34,9 +35,11 @@ _GRID = round(2.0 * (_FORGET_BEYOND_M + 1.0) / _SAME_M)
 class RouteMemory:
     """Points in odom, one a cell, each with the time it was last in the view."""
 
-    def __init__(self, radius_m: float) -> None:
-        """`radius_m`: how far from the robot the view's obstacles reach."""
-        self._radius_m = radius_m
+    def __init__(self, least_m: float, most_m: float) -> None:
+        """The view's obstacles reach at least and at most so far from the robot; how far, their points show."""
+        self._most_m = most_m
+        self.reach_m = least_m
+        """So far off the view has shown obstacles: where it shows none within, there are none."""
         self.clear()
 
     def clear(self) -> None:
@@ -55,6 +58,10 @@ class RouteMemory:
 
         Round `target_m` the view leaves out the target's points, and others with them: there it speaks against nothing.
         """
+        if len(points_in_odom_m):
+            away = np.hypot(points_in_odom_m[:, 0] - robot_m[0], points_in_odom_m[:, 1] - robot_m[1])
+            self.reach_m = min(max(self.reach_m, float(away.max()) - _REACH_SLACK_M), self._most_m)
+            points_in_odom_m = points_in_odom_m[away < _FORGET_BEYOND_M]
         keep = self._still_hold(now_s, robot_m, points_in_odom_m)
         if target_m is not None and len(keep):
             near = (
@@ -82,8 +89,8 @@ class RouteMemory:
             np.minimum.at(nearest, view_sector, view_range_m)
         around = np.minimum(nearest, np.minimum(np.roll(nearest, 1), np.roll(nearest, -1)))[sector]
         limit_s = np.where(np.isfinite(around), _MEMORY_S, _UNSEEN_S)
-        looked_through = (around > range_m + _THROUGH_M) & np.isfinite(around) & (range_m < self._radius_m)
-        limit_s[range_m >= self._radius_m] = _MEMORY_S
+        looked_through = (around > range_m + _THROUGH_M) & np.isfinite(around) & (range_m < self.reach_m)
+        limit_s[range_m >= self.reach_m] = _MEMORY_S
         valid = (age_s < limit_s) & ~looked_through & (range_m < _FORGET_BEYOND_M)
         hidden = around < range_m - _HIDDEN_BEHIND_M
         hold: NDArray[np.bool_] = valid & (hidden | ~self._drawn_again(robot_m, view_in_odom_m))

@@ -70,7 +70,7 @@ class SpiralSearch(GuardedSkill):
     def _begin(self, view: View) -> None:
         self._driver.forget()
         self._glimpse.reset()
-        self._progress.restart()
+        self._progress.begin()
         self._coverage.begin(view.pose_in_odom)
         self._coverage.look_again(self._range_m)
         self._look = 0
@@ -106,7 +106,8 @@ class SpiralSearch(GuardedSkill):
             return SkillStep(SkillStatus.RUNNING, self._glimpse.twist(view), "something is there, looking")
         if view.now_s - self._looked_s >= _LOOK_EVERY_S:
             self._looked_s = view.now_s
-            self._coverage.update(pose, points_to_parent(pose, view.obstacles_in_base_m))
+            in_odom = points_to_parent(pose, view.obstacles_in_base_m)
+            self._coverage.update(pose, in_odom, self._driver.reach_m)
             self._choose_gaze(pose)
             self._drop_if_seen()
         if self._look_round_until_s is not None:
@@ -169,7 +170,7 @@ class SpiralSearch(GuardedSkill):
         if self._best_left(view):
             self._no_way_since_s = None
             self._driver.reset()
-            self._progress.restart()
+            self._progress.begin()
             return True
         if self._compared_all:
             if self._look + 1 >= len(_LOOKS):

@@ -69,21 +69,27 @@ def test_a_reasonable_request_on_a_free_floor_passes_unchanged() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "rule"),
+    ("scan_age_s", "odom_age_s", "dt_s", "measured_x", "rule"),
     [
-        ({"scan_age_s": 0.9}, "stale scan"),
-        ({"scan_age_s": math.inf}, "stale scan"),
-        ({"scan_age_s": math.nan}, "stale scan"),
-        ({"odom_age_s": 0.4}, "stale odometry"),
-        ({"odom_age_s": math.nan}, "stale odometry"),
-        ({"measured": Twist2D(math.nan, 0.0, 0.0)}, "odometry not finite"),
-        ({"dt_s": math.nan}, "clock not finite"),
+        (0.9, 0.05, DT, 0.0, "stale scan"),
+        (math.inf, 0.05, DT, 0.0, "stale scan"),
+        (math.nan, 0.05, DT, 0.0, "stale scan"),
+        (0.1, 0.4, DT, 0.0, "stale odometry"),
+        (0.1, math.nan, DT, 0.0, "stale odometry"),
+        (0.1, 0.05, DT, math.nan, "odometry not finite"),
+        (0.1, 0.05, math.nan, 0.0, "clock not finite"),
     ],
 )
-def test_an_input_that_cannot_be_trusted_sends_zero_at_once(changes: dict[str, object], rule: str) -> None:
+def test_an_input_that_cannot_be_trusted_sends_zero_at_once(
+    scan_age_s: float, odom_age_s: float, dt_s: float, measured_x: float, rule: str
+) -> None:
     limiter = VelocityLimiter(CONFIG)
     cruise(limiter, FORWARD)
-    assert limit(limiter, ask(FORWARD), **changes) == Limited(STOP, rule)  # type: ignore[arg-type]
+    measured = Twist2D(measured_x, 0.0, 0.0)
+    limited = limit(
+        limiter, ask(FORWARD), scan_age_s=scan_age_s, odom_age_s=odom_age_s, dt_s=dt_s, measured=measured
+    )
+    assert limited == Limited(STOP, rule)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])

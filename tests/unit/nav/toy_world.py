@@ -106,6 +106,7 @@ class ToyWorld:
         self.scan: Scan | None = None
         self.next_scan_s = self.next_frame_s = self.now_s
         self.path: list[Pose2D] = [self.true_pose]
+        self.asked: list[Twist2D] = []
         self.sent: list[Twist2D] = []
         self.limited: list[str] = []
         self.min_clearance_m = math.inf
@@ -255,6 +256,7 @@ class ToyWorld:
             step = skill.step(self.view())
             if step.status is not SkillStatus.RUNNING or self.now_s >= until_s:
                 return step
+            self.asked.append(step.twist)
             self.apply(MotionRequest("toy", NavState.NAVIGATING, step.twist, step.reason, near_target))
 
     def coast(self, seconds: float = 1.0) -> None:
