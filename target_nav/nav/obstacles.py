@@ -46,7 +46,9 @@ class ObstacleMemory:
 
     def __init__(self, config: Config) -> None:
         self._config = config
-        self._reach_m = config.avoid.memory_radius_m
+        robot = config.robot
+        reach_m = config.avoid.look_ahead_m + config.avoid.margin_m
+        self._reach_m = reach_m + robot.circumscribed_radius_m
         self._keep_m = self._reach_m + EXTRA_RADIUS_M
         self._epoch = -1
         self.clear()
