@@ -1,6 +1,6 @@
 """Process `nav`: ticks a mission's tree at 20 Hz.
 
-    ros2 run target_nav tree_executor --mission trees/bowling_pin.xml
+ros2 run target_nav tree_executor --mission trees/bowling_pin.xml
 """
 
 from __future__ import annotations

@@ -18,7 +18,9 @@ LISTEN_S = 1.0
 
 @click.command(name="say")
 @click.argument("word", type=click.Choice(WORDS, case_sensitive=False))
-@click.option("--prefix", default=Config().ipc.prefix, show_default=True, help="Of the shared-memory channels.")
+@click.option(
+    "--prefix", default=Config().ipc.prefix, show_default=True, help="Of the shared-memory channels."
+)
 def command(word: str, prefix: str) -> None:
     """Send GO, STOP, PAUSE, RESUME or RESET_ODOM to the running nav process."""
     kind = CommandKind[word.upper()]

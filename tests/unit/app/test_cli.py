@@ -123,5 +123,7 @@ def test_doctor_examines_every_part(
 ) -> None:
     called(monkeypatch, "doctor")
     said = capsys.readouterr().out
-    subjects = "Python packages rclpy tf2_msgs py_trees_ros_interfaces memory channels serial camera clocks cores"
+    subjects = (
+        "Python packages rclpy tf2_msgs py_trees_ros_interfaces memory channels serial camera clocks cores"
+    )
     assert [subject for subject in subjects.split() if subject not in said] == []
