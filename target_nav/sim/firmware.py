@@ -7,10 +7,9 @@ times a second, and 200 ms without VEL stops it. Otherwise ENC is reported. A wh
 
 from __future__ import annotations
 
-from enum import Enum
-
 from target_nav.config import Config
 from target_nav.hardware import protocol
+from target_nav.sim.firmware_types import Mode, Pwm, Ticks
 from target_nav.sim.wheels import TICK_M, Base, Wheels, top_wheel_speed_mps
 from target_nav.state.types import Twist2D
 
@@ -28,6 +27,9 @@ for the integral fills while the motor spins up."""
 INTEGRAL_LIMIT = 0.3
 """Of the top speed; keeps a blocked wheel from winding up."""
 
+VERSION = "imitation"
+"""What it answers to VERSION, in place of a firmware's number."""
+
 MAX_OUTPUT_BYTES = 8192
 """Nobody listens: the oldest is lost, as in a full port."""
 
@@ -42,17 +44,8 @@ _DIRECTIONS = {
     "CW": (0.0, 0.0, -1.0),
 }
 
-Ticks = tuple[int, int, int, int]
-Pwm = tuple[int, int, int, int]
 _STANDING: Wheels = (0.0, 0.0, 0.0, 0.0)
 _OFF: Pwm = (0, 0, 0, 0)
-
-
-class Mode(Enum):
-    IDLE = "idle"
-    VELOCITY = "velocity"
-    MOVE = "move"
-    MOTOR = "motor"
 
 
 class FirmwareEmulator:
@@ -141,6 +134,8 @@ class FirmwareEmulator:
             pwm = [command.pwm if motor == command.motor else 0 for motor in protocol.MOTORS]
             self.pwm = (pwm[0], pwm[1], pwm[2], pwm[3])
             self._say(protocol.encode_ack("TMOTOR"))
+        elif isinstance(command, protocol.VersionCommand):
+            self._say(protocol.encode_version(VERSION))
         else:
             self._stop(now_s)
             self._zero = self._ticks

@@ -19,8 +19,8 @@ class Mecanum {
   // of motion stays.
   Speeds wheelSpeeds(const BodySpeed& body) const;
 
-  // Forward kinematics, least squares over the four wheels, from the counts of `elapsed_us` > 0; within the
-  // protocol's limits.
+  // Forward kinematics, least squares over the four wheels, from the counts of `elapsed_us`, which is more than 0 and
+  // less than 500 s; within the protocol's limits.
   BodySpeed bodySpeed(const Ticks& counts, Micros elapsed_us) const;
 
  private:

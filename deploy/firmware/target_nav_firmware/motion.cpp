@@ -4,7 +4,7 @@ namespace firmware {
 namespace {
 
 // No wheel goes this fast: counts beyond are a fault.
-constexpr int64_t MOST_UMPS = 100000000;
+constexpr int32_t MOST_UMPS = 100000000;
 
 }  // namespace
 
@@ -44,7 +44,7 @@ int8_t Motion::update(Micros now_us, const Ticks& ticks, uint8_t periods) {
   const Ticks before = ticks_;
   ticks_ = ticks;
   if (kind_ == Kind::OFF) return NO_WHEEL;
-  const int64_t elapsed_us = static_cast<int64_t>(CONTROL_PERIOD_US) * periods;
+  const int32_t elapsed_ms = static_cast<int32_t>(CONTROL_PERIOD_US / 1000) * periods;
   for (uint8_t i = 0; i < WHEELS; ++i) {
     if (!isDriven(i)) {
       // Under its dead-band a motor only hums, and the integral would push it off with a jerk later.
@@ -55,8 +55,9 @@ int8_t Motion::update(Micros now_us, const Ticks& ticks, uint8_t periods) {
     }
     if (isStalled(i, now_us)) return static_cast<int8_t>(i);
     if (kind_ != Kind::SPEED) continue;
-    const int64_t measured = scaled(difference(ticks[i], before[i]), params_.tick_nm * 1000LL, elapsed_us);
-    pwm_[i] = pid_[i].update(wanted_[i], static_cast<int32_t>(clamped(measured, MOST_UMPS)), periods);
+    // nm / ms is um/s.
+    const int64_t measured = scaled(difference(ticks[i], before[i]), params_.tick_nm, elapsed_ms);
+    pwm_[i] = pid_[i].update(wanted_[i], within(measured, MOST_UMPS), periods);
   }
   return NO_WHEEL;
 }

@@ -4,6 +4,7 @@ namespace firmware {
 namespace {
 
 constexpr uint16_t TELEMETRY_ROOM = 128;  // two of its longest lines
+constexpr Micros TELEMETRY_SLACK_US = TELEMETRY_PERIOD_US / 4;
 constexpr uint8_t ECHO_BYTES = 40;        // of a line that is no command
 
 // A move slows down over its last part, speed = rate * rest of the way, to a creep just over the dead-band.
@@ -121,7 +122,8 @@ void Robot::beginMove(const Command& command, Micros now_us) {
   }
   const int32_t speed_umps = command.speed_mmps * 1000;
   if (speed_umps < params_.deadband_umps || speed_umps == 0) {
-    complain(error("BADCMD").add(name).add(": motors do not turn below ").add(params_.deadband_umps / 1000).add(" mm/s"));
+    const int32_t slowest_mmps = params_.deadband_umps / 1000;
+    complain(error("BADCMD").add(name).add(": motors do not turn below ").add(slowest_mmps).add(" mm/s"));
     return;
   }
   stop();
@@ -187,9 +189,10 @@ void Robot::poll(Micros now_us, const Ticks& ticks) {
   supervise(now_us);
   if (!isDue(now_us, report_due_us_)) return;
   report(now_us);
-  // Periods are added up, so that 20 Hz stays 20 Hz whatever the loop's own rhythm; after a pause they begin anew.
-  report_due_us_ += TELEMETRY_PERIOD_US;
-  if (isDue(now_us, report_due_us_)) report_due_us_ = now_us + TELEMETRY_PERIOD_US;
+  // Periods are added up, so that 20 Hz stays 20 Hz whatever the loop's own rhythm. After a pause they begin anew:
+  // two reports too close together would tell a speed from a count or two.
+  const Micros late_us = now_us - report_due_us_;
+  report_due_us_ = (late_us > TELEMETRY_SLACK_US ? now_us : report_due_us_) + TELEMETRY_PERIOD_US;
 }
 
 void Robot::supervise(Micros now_us) {
@@ -218,7 +221,9 @@ void Robot::supervise(Micros now_us) {
 }
 
 void Robot::report(Micros now_us) {
-  const Micros elapsed_us = now_us - reported_us_;
+  // No report was due for so long only where the time jumped.
+  const Micros most_us = 100 * TELEMETRY_PERIOD_US;
+  const Micros elapsed_us = now_us - reported_us_ < most_us ? now_us - reported_us_ : most_us;
   Ticks counts;
   for (uint8_t i = 0; i < WHEELS; ++i) counts[i] = difference(ticks_[i], reported_ticks_[i]);
   reported_us_ = now_us;

@@ -47,10 +47,14 @@ inline T clamped(T value, T limit) {
   return value > limit ? limit : (value < -limit ? -limit : value);
 }
 
+// A 64-bit value limited to what 32 bit hold, and to the limit.
+inline int32_t within(int64_t value, int32_t limit) { return static_cast<int32_t>(clamped<int64_t>(value, limit)); }
+
 // value * numerator / denominator, rounded to the nearest; the denominator is positive.
-inline int64_t scaled(int64_t value, int64_t numerator, int64_t denominator) {
-  const int64_t product = value * numerator;
-  return (product + (product < 0 ? -denominator : denominator) / 2) / denominator;
+inline int64_t scaled(int32_t value, int32_t numerator, int32_t denominator) {
+  const int64_t product = static_cast<int64_t>(value) * numerator;
+  const int32_t half = denominator / 2;
+  return (product + (product < 0 ? -half : half)) / denominator;
 }
 
 }  // namespace firmware
