@@ -1,7 +1,7 @@
 """Missions: BehaviorTree.CPP v4 files loaded into py_trees trees, checked, drawn and described for watchers.
 
 The way of a file: `parse` (XML, positions) > `document` (model) > `includes` > `definitions` (check as written) >
-`expand` (subtrees and keys) > `wiring` (check as it will run) > `build` (behaviours).
+`expand` (subtrees) with `bind` (keys and scripts) > `wiring` (check as it will run) > `build` (behaviours).
 """
 
 from __future__ import annotations

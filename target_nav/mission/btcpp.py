@@ -1,33 +1,14 @@
-"""Names of BehaviorTree.CPP that target_nav knows of but does not have, so that a message can say so."""
+"""Names of BehaviorTree.CPP that are not words here: those of conditions, and those a message must say something of."""
 
 from __future__ import annotations
 
-NOT_YET: tuple[str, ...] = (
-    "AsyncFallback",
-    "AsyncSequence",
-    "ConsumeQueue",
-    "LoopBool",
-    "LoopDouble",
-    "LoopInt",
-    "LoopString",
-    "ManualSelector",
-    "ParallelAll",
-    "PopFromQueue",
-    "Precondition",
-    "Script",
-    "ScriptCondition",
-    "SetBlackboard",
-    "SkipUnlessUpdated",
-    "Switch2",
-    "Switch3",
-    "Switch4",
-    "Switch5",
-    "Switch6",
-    "TryCatch",
-    "UnsetBlackboard",
-    "WaitValueUpdate",
-    "WasEntryUpdated",
-)
+NOT_HERE: dict[str, str] = {
+    "ConsumeQueue": "use LoopDouble or LoopString",
+    "ManualSelector": "use a Switch, and write its variable",
+    "PopFromQueue": "use LoopDouble or LoopString",
+    "QueueSize": "use LoopDouble or LoopString",
+}
+"""What is no built-in there either but in a header or an example, and what does its work here."""
 
 RENAMED: dict[str, str] = {
     "FallbackStar": "Fallback",
@@ -37,14 +18,7 @@ RENAMED: dict[str, str] = {
 }
 """Version 3's names and what version 4 calls them."""
 
-CONDITIONS: tuple[str, ...] = (
-    "_failureIf",
-    "_successIf",
-    "_skipIf",
-    "_while",
-    "_onSuccess",
-    "_onFailure",
-    "_onHalted",
-    "_post",
-)
-"""Pre- and postconditions: attributes any node may have there."""
+PRECONDITIONS: tuple[str, ...] = ("_failureIf", "_successIf", "_skipIf", "_while")
+POSTCONDITIONS: tuple[str, ...] = ("_onHalted", "_onFailure", "_onSuccess", "_post")
+CONDITIONS: tuple[str, ...] = (*PRECONDITIONS, *POSTCONDITIONS)
+"""Attributes that any node may have, each a script; in the order in which they are looked at."""

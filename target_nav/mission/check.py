@@ -13,6 +13,7 @@ from pathlib import Path
 from target_nav.mission.definitions import Definitions
 from target_nav.mission.expand import Expander, Instance
 from target_nav.mission.includes import Library, load_library
+from target_nav.mission.lint_motion import check_motion
 from target_nav.mission.problems import Problem, Report, TooManyProblems
 from target_nav.mission.registry import NodeRegistry, default_registry
 from target_nav.mission.wiring import check_wiring
@@ -31,16 +32,22 @@ class Analysis:
         return tuple(problem for problem in self.problems if problem.severity == "error")
 
 
-def analyse(path: Path, registry: NodeRegistry | None = None, provided_keys: Iterable[str] = ()) -> Analysis:
+def analyse(
+    path: Path,
+    registry: NodeRegistry | None = None,
+    provided_keys: Iterable[str] = (),
+    main_tree: str | None = None,
+) -> Analysis:
     """Reads, checks and writes out a mission. Never raises for what a file says."""
     registry = registry if registry is not None else default_registry()
     report, library, root = Report(), Library(), None
     try:
-        load_library(path, library, report)
+        load_library(path, library, report, main_tree)
         Definitions(library, registry, report).check()
         root = Expander(library, registry, report).expand()
         if root is not None:
             check_wiring(root, frozenset(provided_keys), report)
+            check_motion(root, report)
     except TooManyProblems:
         pass
     return Analysis(library, root, tuple(report.problems()))

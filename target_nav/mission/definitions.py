@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from target_nav.mission.btcpp import CONDITIONS
+from target_nav.mission.btcpp import CONDITIONS, PRECONDITIONS
 from target_nav.mission.document import METADATA
 from target_nav.mission.expand import (
     AUTOREMAP,
@@ -17,6 +17,7 @@ from target_nav.mission.includes import Library
 from target_nav.mission.model import SUBTREE, Attribute, Form, NodeDef, NodeModel, TreeDef
 from target_nav.mission.problems import Report, did_you_mean, listed
 from target_nav.mission.registry import NodeRegistry, NodeSpec
+from target_nav.mission.script import ScriptError, check_kinds, parse_script
 from target_nav.mission.values import BadValue, key_in, to_literal, type_name, unit_of
 
 
@@ -47,24 +48,30 @@ class Definitions:
             if node.id == SUBTREE:
                 self._report.error(node.position, f"<{SUBTREE}> needs ID, the name of a tree")
                 continue
-            spec = self._registry.find(node.id)
+            spec = self._registry.resolve(node.id)
             if spec is None:
                 self._report.error(node.position, self._registry.explain_unknown(node.id))
                 continue
             self._form(node, spec)
             self._children(node, spec)
             self._attributes(node, spec)
+            self._one_async_child(node)
 
     # -- nodes -------------------------------------------------------------------------------------------------------
 
     def _conditions(self, node: NodeDef) -> None:
         for attribute in node.attributes:
             if attribute.name in CONDITIONS:
-                self._report.error(
-                    attribute.position,
-                    f"{attribute.name} is BehaviorTree.CPP's, target_nav has no pre- and postconditions yet; "
-                    "use a condition node",
-                )
+                try:
+                    self._script(attribute.value, attribute.name in PRECONDITIONS)
+                except ScriptError as error:
+                    shown = f"{SUBTREE} {node.id}" if node.is_subtree else node.id
+                    self._report.error(
+                        attribute.position, f'{shown}: {attribute.name} is "{attribute.value}"; {error}'
+                    )
+
+    def _script(self, text: str, decides: bool) -> None:
+        check_kinds(parse_script(text), self._registry.enums, decides)
 
     def _form(self, node: NodeDef, spec: NodeSpec) -> None:
         if node.form is not Form.COMPACT and node.form not in spec.kind.forms:
@@ -90,6 +97,15 @@ class Definitions:
             node.position, f"{node.id} has {count} {'child' if count == 1 else 'children'}; {allowed}"
         )
 
+    def _one_async_child(self, node: NodeDef) -> None:
+        """BehaviorTree.CPP's rule: a second one, RUNNING between its children, would halt the first again and again."""
+        found = [child for child in node.children if child.id == "AsyncSequence"]
+        if node.id == "ReactiveSequence":
+            for child in found[1:]:
+                self._report.error(
+                    child.position, "a ReactiveSequence has one AsyncSequence as a child at most"
+                )
+
     def _attributes(self, node: NodeDef, spec: NodeSpec) -> None:
         for attribute in port_attributes(node):
             if attribute.name in spec.ports:
@@ -114,11 +130,17 @@ class Definitions:
                 return
             if port in spec.outputs:
                 raise BadValue("it is an output; give the {key} to write to")
+            if port in spec.scripts:
+                self._script(attribute.value, spec.scripts[port] == "decides")
+                return
+            if port in spec.keys:
+                key_in(f"{{{attribute.value}}}", port)
+                return
             value = to_literal(attribute.value, port, spec.inputs[port].data_type, spec.limits.get(port))
-        except BadValue as error:
+        except (BadValue, ScriptError) as error:
             self._report.error(attribute.position, f'{node.id}: {port} is "{attribute.value}"; {error}')
             return
-        if node.id == "Parallel" and value > len(node.children):
+        if node.id in ("Parallel", "ParallelAll") and value > len(node.children):
             self._report.error(
                 attribute.position,
                 f"{node.id}: {port} is {value}; it must lie in {-len(node.children)} ... {len(node.children)}, "

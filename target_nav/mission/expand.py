@@ -7,57 +7,35 @@ far as it can be, so that the errors of the wiring are told together with the ot
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import Any
 
-from target_nav.mission.btcpp import CONDITIONS
-from target_nav.mission.document import METADATA
+from target_nav.mission.bind import Binder, port_attributes, touched_by
 from target_nav.mission.includes import Library
-from target_nav.mission.model import Attribute, NodeDef, PortModel
+from target_nav.mission.instance import Instance, PortUse
+from target_nav.mission.model import NodeDef, PortModel
 from target_nav.mission.problems import Position, Report, did_you_mean, listed
-from target_nav.mission.registry import NodeRegistry, NodeSpec
-from target_nav.mission.scope import Binding, Constant, Entry, Reference, Scope
-from target_nav.mission.values import BadValue, key_in, to_literal
+from target_nav.mission.registry import NodeRegistry
+from target_nav.mission.scope import Binding, Constant, Reference, Scope
+from target_nav.mission.values import BadValue, key_in
+
+__all__ = [
+    "AUTOREMAP",
+    "MAX_DEPTH",
+    "MAX_NODES",
+    "Expander",
+    "Instance",
+    "PortUse",
+    "autoremap_of",
+    "is_port_name",
+    "mandatory_ports",
+    "port_attributes",
+    "subtree_arguments",
+]
 
 MAX_NODES = 5000
 MAX_DEPTH = 150
 """Nodes and depth of a mission with its subtrees written out."""
 
 AUTOREMAP = "_autoremap"
-
-
-@dataclass(frozen=True)
-class PortUse:
-    """A port bound to a blackboard entry. `owner` is the scope the entry belongs to, `text` what the mission says."""
-
-    port: str
-    entry: Entry
-    owner: Scope
-    text: str
-    position: Position
-
-
-@dataclass(eq=False)
-class Instance:
-    """One behaviour to be built. `spec` is None for a SubTree and for a node nobody knows.
-
-    `literals` are typed; `inputs` and `outputs` are the ports that go to the blackboard. `touched` are entries of
-    which it is not known whether they are read or written, because of an error.
-    """
-
-    definition: NodeDef
-    scope: Scope
-    spec: NodeSpec | None = None
-    literals: dict[str, Any] = field(default_factory=dict)
-    inputs: list[PortUse] = field(default_factory=list)
-    outputs: list[PortUse] = field(default_factory=list)
-    touched: list[str] = field(default_factory=list)
-    children: list[Instance] = field(default_factory=list)
-
-    def walk(self) -> Iterator[Instance]:
-        yield self
-        for child in self.children:
-            yield from child.walk()
 
 
 def is_port_name(name: str) -> bool:
@@ -92,13 +70,6 @@ def autoremap_of(node: NodeDef) -> bool:
     return attribute is not None and attribute.value.strip() in ("true", "True", "TRUE", "1")
 
 
-def port_attributes(node: NodeDef) -> Iterator[Attribute]:
-    """The attributes that must be ports: all but what editors leave behind and what is told of elsewhere."""
-    for attribute in node.attributes:
-        if attribute.name not in METADATA and attribute.name not in CONDITIONS:
-            yield attribute
-
-
 class _TooLarge(Exception):
     """The message continues a sentence that begins with the tree's name."""
 
@@ -108,6 +79,7 @@ class Expander:
         self._library = library
         self._registry = registry
         self._report = report
+        self._binder = Binder(registry, report)
         self._count = 0
 
     def expand(self) -> Instance | None:
@@ -130,20 +102,18 @@ class Expander:
             raise _TooLarge(f"is more than {MAX_DEPTH} nodes deep")
         if node.is_subtree:
             return self._subtree(node, scope, chain, depth)
-        instance = Instance(node, scope, self._registry.find(node.id))
-        if instance.spec is not None:
-            self._bind(instance, instance.spec)
-        else:
-            instance.touched = [self._touch(each, scope) for each in node.attributes]
+        instance = Instance(node, scope, self._registry.resolve(node.id))
+        self._binder.bind(instance)
         instance.children = [self._node(child, scope, chain, depth + 1) for child in node.children]
         return instance
 
     def _subtree(self, node: NodeDef, scope: Scope, chain: tuple[str, ...], depth: int) -> Instance:
         instance = Instance(node, scope)
+        self._binder.bind(instance)
         tree = self._library.trees.get(node.id)
         if tree is None or tree.root is None or tree.id in chain:
             # told by the check of the definitions
-            instance.touched = [self._touch(each, scope) for each in node.attributes]
+            instance.touched = [touched_by(each, scope) for each in node.attributes]
             return instance
         bindings: dict[str, Binding] = {}
         unknown = [port.name for port in mandatory_ports(node, self._library)]
@@ -165,38 +135,3 @@ class Expander:
                     f"SubTree {node.id}: nothing in it uses {attribute.name}{near}; its keys: {known}",
                 )
         return instance
-
-    @staticmethod
-    def _touch(attribute: Attribute, scope: Scope) -> str:
-        """The path of the key, if it is one, that belongs to something nobody knows.
-
-        It counts as used and as written, so that an error is told once and not again in its consequences.
-        """
-        try:
-            key = key_in(attribute.value, attribute.name)
-        except BadValue:
-            return ""
-        return scope.resolve(key)[0].path if key is not None else ""
-
-    def _bind(self, instance: Instance, spec: NodeSpec) -> None:
-        for attribute in port_attributes(instance.definition):
-            port = attribute.name
-            if port not in spec.inputs and port not in spec.outputs:
-                instance.touched.append(self._touch(attribute, instance.scope))
-                continue
-            try:
-                key = key_in(attribute.value, port)
-                if key is None:
-                    if port in spec.inputs:
-                        information = spec.inputs[port]
-                        limits = spec.limits.get(port)
-                        instance.literals[port] = to_literal(
-                            attribute.value, port, information.data_type, limits
-                        )
-                    continue
-            except BadValue:
-                # told by the check of the definitions
-                continue
-            entry, owner = instance.scope.resolve(key)
-            use = PortUse(port, entry, owner, attribute.value, attribute.position)
-            (instance.inputs if port in spec.inputs else instance.outputs).append(use)

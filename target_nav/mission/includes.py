@@ -13,7 +13,7 @@ from pathlib import Path
 
 from target_nav.mission.document import read_document
 from target_nav.mission.model import IncludeDef, MissionFile, NodeModel, TreeDef
-from target_nav.mission.parse import parse_file
+from target_nav.mission.notations import parse_mission_file
 from target_nav.mission.problems import Position, Report, did_you_mean, listed
 
 MAX_FILES = 100
@@ -40,8 +40,8 @@ class _Source:
     inside: Path
 
 
-def load_library(path: Path, library: Library, report: Report) -> None:
-    """Reads `path` and what it includes into `library`, which is empty."""
+def load_library(path: Path, library: Library, report: Report, main_tree: str | None = None) -> None:
+    """Reads `path` and what it includes into `library`, which is empty. `main_tree` instead of what the file says."""
     try:
         resolved = Path(os.path.realpath(path))
     except (OSError, ValueError) as error:
@@ -49,7 +49,7 @@ def load_library(path: Path, library: Library, report: Report) -> None:
         library.complete = False
         return
     _Includer(library, report).read(_Source(resolved, str(path), resolved.parent), ())
-    _find_main_tree(library, report)
+    _find_main_tree(library, report, main_tree)
 
 
 class _Includer:
@@ -60,7 +60,7 @@ class _Includer:
 
     def read(self, source: _Source, chain: tuple[_Source, ...]) -> None:
         self._seen.add(source.path)
-        root = parse_file(source.path, source.shown, self._report)
+        root = parse_mission_file(source.path, source.shown, self._report)
         if root is None:
             self._library.complete = False
             return
@@ -145,12 +145,17 @@ class _Includer:
             return None
 
 
-def _find_main_tree(library: Library, report: Report) -> None:
+def _find_main_tree(library: Library, report: Report, wanted: str | None) -> None:
     if not library.files:
         return
     main = library.files[0]
     known = listed(library.trees)
-    if main.main_tree is not None:
+    if wanted is not None:
+        library.main_tree = wanted if wanted in library.trees else None
+        if library.main_tree is None and library.complete:
+            near = did_you_mean(wanted, library.trees)
+            report.error(main.position, f'there is no tree "{wanted}"{near}; the trees are: {known}')
+    elif main.main_tree is not None:
         name = main.main_tree.value
         if name in library.trees:
             library.main_tree = name

@@ -11,7 +11,7 @@ from py_trees.behaviour import Behaviour
 from target_nav.errors import MissionError
 from target_nav.mission.build import build
 from target_nav.mission.check import analyse
-from target_nav.mission.registry import NodeRegistry
+from target_nav.mission.registry import NodeRegistry, default_registry
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,10 @@ class LoadedMission:
 
 
 def load_mission(
-    path: str | Path, registry: NodeRegistry | None = None, provided_keys: Iterable[str] = ()
+    path: str | Path,
+    registry: NodeRegistry | None = None,
+    provided_keys: Iterable[str] = (),
+    main_tree: str | None = None,
 ) -> LoadedMission:
     """Loads a mission file with what it includes.
 
@@ -34,17 +37,19 @@ def load_mission(
         registry: the words it may use; the built-ins and the leaves of `behaviours` when None
         provided_keys: blackboard entries (`/goal`) that something outside the mission writes, beside those of
             `target_nav.state.keys`
+        main_tree: the tree to load, instead of the one that the file names
 
     Raises:
         MissionError: it has errors; one line for each. Nothing has been built then.
     """
-    analysis = analyse(Path(path), registry, provided_keys)
+    registry = registry if registry is not None else default_registry()
+    analysis = analyse(Path(path), registry, provided_keys, main_tree)
     if analysis.errors:
         raise MissionError("\n".join(map(str, analysis.errors)))
     assert analysis.root is not None, "a mission without errors has a main tree"
     assert analysis.library.main_tree is not None
     return LoadedMission(
-        root=build(analysis.root),
+        root=build(analysis.root, registry.enums),
         path=analysis.library.files[0].path,
         main_tree=analysis.library.main_tree,
         files=tuple(file.path for file in analysis.library.files),

@@ -48,17 +48,22 @@ class _Refused(Exception):
 
 def parse_file(path: Path, shown: str, report: Report) -> Element | None:
     """The root element, or None after reporting why there is none."""
+    data = read_bytes(path, shown, report)
+    return parse_bytes(data, shown, report) if data is not None else None
+
+
+def read_bytes(path: Path, shown: str, report: Report) -> bytes | None:
+    """A file's content, cut off behind what is allowed; or None after reporting why it cannot be read."""
     start = Position(shown)
     try:
         if not path.is_file():
             report.error(start, "there is no such file")
             return None
         with path.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
+            return stream.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         report.error(start, f"cannot be read: {_reason(error)}")
         return None
-    return parse_bytes(data, shown, report)
 
 
 def _reason(error: Exception) -> str:
@@ -134,6 +139,12 @@ class _Reader:
 
     def _explain(self, error: expat.ExpatError) -> str:
         text = expat.ErrorString(error.code) or "unknown error"
+        byte = self._parser.ErrorByteIndex
+        if text == expat.errors.XML_ERROR_INVALID_TOKEN and {*self._data[max(byte - 1, 0) : byte + 1]} & {
+            *b"<&"
+        }:
+            # BehaviorTree.CPP's reader takes them; Groot2 and other readers of XML do not.
+            return f"{text}; in an attribute write &lt; for < and &amp; for &"
         if text == expat.errors.XML_ERROR_TAG_MISMATCH and self._open:
             opened = self._open[-1]
             return f"{text}; <{opened.tag}> of line {opened.position.line} is still open"

@@ -58,6 +58,8 @@ class Report:
         self._add(at, "warning", message)
 
     def _add(self, at: Position, severity: Severity, message: str) -> None:
+        # a value with a line break in it must not make two lines of one problem
+        message = message.replace("\r", "\\r").replace("\n", "\\n")
         if len(message) > MAX_MESSAGE:
             message = f"{message[:MAX_MESSAGE]}..."
         if len(self._problems) >= MAX_PROBLEMS:

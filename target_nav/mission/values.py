@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import MutableSequence
 from enum import Enum
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
+
+from target_nav.mission.script.arithmetic import as_text, number_in
+from target_nav.mission.script.syntax import ScriptError
 
 _INT = re.compile(r"[+-]?[0-9]{1,18}")
 _FLOAT = re.compile(r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]{1,4})?")
@@ -28,6 +32,10 @@ _UNITS = {
     "hz": "Hz",
     "px": "px",
 }
+
+
+UNKNOWN = (object, Any)
+"""Types that say nothing."""
 
 
 class BadValue(ValueError):
@@ -69,9 +77,33 @@ def type_name(data_type: Any) -> str:
         return "a finite number"
     if data_type is str:
         return "text"
-    if isinstance(data_type, type) and issubclass(data_type, Enum):
+    if data_type in UNKNOWN:
+        return "anything"
+    if _is_enum(data_type):
         return " or ".join(member.name for member in data_type)
+    item = item_type(data_type)
+    if item is not None:
+        return f"a list with ; between, each {type_name(item)}"
+    if get_origin(data_type) in (Union, UnionType):
+        return " or ".join(type_name(each) for each in get_args(data_type) if each is not type(None))
     return getattr(data_type, "__name__", str(data_type))
+
+
+def item_type(data_type: Any) -> Any:
+    """The type of a list's items; None if it is no list, or one whose items have no type."""
+    if get_origin(data_type) is list:
+        return next(iter(get_args(data_type)), None)
+    return None
+
+
+def can_be_written(data_type: Any) -> bool:
+    """Whether a text can mean a value of that type."""
+    if get_origin(data_type) in (Union, UnionType):
+        return any(can_be_written(each) for each in get_args(data_type))
+    if item_type(data_type) is not None:
+        return can_be_written(item_type(data_type))
+    simple = (bool, int, float, str, object, Any)
+    return data_type in simple or (_is_enum(data_type))
 
 
 def to_literal(text: str, port: str, data_type: Any, limits: tuple[float, float] | None) -> Any:
@@ -86,10 +118,13 @@ def to_literal(text: str, port: str, data_type: Any, limits: tuple[float, float]
 
 
 def _converted(text: str, data_type: Any) -> Any:
-    if data_type is str or data_type is object or data_type is Any:
+    if data_type is str or data_type in UNKNOWN:
         return text
     if get_origin(data_type) in (Union, UnionType):
         return _first_of(text, get_args(data_type))
+    item = item_type(data_type)
+    if item is not None:
+        return _list_of(text, item, data_type)
     stripped = text.strip()
     if data_type is bool:
         if stripped in _TRUE or stripped in _FALSE:
@@ -100,7 +135,7 @@ def _converted(text: str, data_type: Any) -> Any:
     elif data_type is float:
         if _FLOAT.fullmatch(stripped) and math.isfinite(float(stripped)):
             return float(stripped)
-    elif isinstance(data_type, type) and issubclass(data_type, Enum):
+    elif _is_enum(data_type):
         if stripped in data_type.__members__:
             return data_type[stripped]
     else:
@@ -108,6 +143,15 @@ def _converted(text: str, data_type: Any) -> Any:
             f"a {type_name(data_type)} cannot be written as text; give a {{key}} that somebody writes"
         )
     raise BadValue(f"it must be {type_name(data_type)}, or a {{key}}")
+
+
+def _list_of(text: str, item: Any, data_type: Any) -> list[Any]:
+    # As BehaviorTree.CPP splits: one ; at the end is none too many, and no text is no item.
+    parts = text.split(";")
+    try:
+        return [_converted(part, item) for part in (parts[:-1] if not parts[-1] else parts)]
+    except BadValue:
+        raise BadValue(f"it must be {type_name(data_type)}, or a {{key}}") from None
 
 
 def _first_of(text: str, types: tuple[Any, ...]) -> Any:
@@ -139,25 +183,100 @@ def _bounds(low: float, high: float, unit: str) -> str:
 
 
 def from_blackboard(value: Any, data_type: Any) -> Any:
-    """A blackboard value in a built-in's type. Text is converted, as in BehaviorTree.CPP; an int may be a float.
+    """A blackboard value in a built-in's type. Text is converted, as in BehaviorTree.CPP; so are 2 and 2.0.
 
     Raises:
         BadValue: it has another type.
     """
+    if data_type in UNKNOWN:
+        return value
+    if get_origin(data_type) is list:
+        # A text is none: taking items out of it would not make it shorter.
+        if not isinstance(value, MutableSequence):
+            raise BadValue(f"it must be {type_name(data_type)}")
+        return value
     if isinstance(value, str) and data_type is not str:
         return _converted(value, data_type)
     if data_type is float and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
-    if isinstance(value, bool) is not (data_type is bool) or not isinstance(value, data_type):
+    if data_type is int and isinstance(value, float) and value.is_integer():
+        return int(value)
+    if isinstance(value, bool) is not (data_type is bool) or not isinstance(
+        value, get_origin(data_type) or data_type
+    ):
         raise BadValue(f"it must be {type_name(data_type)}")
     return value
 
 
+def to_port(value: Any, data_type: Any) -> Any:
+    """What a script or a built-in writes, in the type of the ports that read it.
+
+    Numbers become each other where nothing is lost, 0 and 1 also false and true; numbers become text, and text what it
+    says.
+
+    Raises:
+        BadValue: it does not fit.
+    """
+    if data_type in UNKNOWN:
+        return value
+    if get_origin(data_type) in (Union, UnionType):
+        return _to_first(value, data_type)
+    if isinstance(value, str) and data_type is not str:
+        try:
+            return _converted(value, data_type)
+        except BadValue:
+            raise BadValue(f"it must be {type_name(data_type)}") from None
+    number = number_in(value)
+    if data_type is bool and number in (0, 1):
+        return bool(number)
+    if data_type is int and number is not None and float(number).is_integer():
+        return int(number)
+    if data_type is float and number is not None and math.isfinite(number):
+        return float(number)
+    if data_type is str:
+        try:
+            return as_text(value)
+        except ScriptError as error:
+            raise BadValue(str(error)) from None
+    if _is_enum(data_type) and not isinstance(value, data_type):
+        for member in data_type:
+            if number is not None and member.value == number:
+                return member
+    elif data_type not in (bool, int, float) and isinstance(value, get_origin(data_type) or data_type):
+        return value
+    raise BadValue(f"it must be {type_name(data_type)}")
+
+
+def _to_first(value: Any, data_type: Any) -> Any:
+    members = get_args(data_type)
+    for member in members:
+        if member is type(None) if value is None else isinstance(value, get_origin(member) or member):
+            return value
+    for member in members:
+        try:
+            return to_port(value, member)
+        except BadValue:
+            continue
+    raise BadValue(f"it must be {type_name(data_type)}")
+
+
 def accepts(reader: Any, writer: Any) -> bool:
     """Whether a port that reads type `reader` can take what a port of type `writer` wrote. Unknown types pass."""
-    unknown = (Any, object)
-    if reader in unknown or writer in unknown or not isinstance(reader, type) or not isinstance(writer, type):
+    if reader in UNKNOWN or writer in UNKNOWN:
+        return True
+    if list in (get_origin(reader), get_origin(writer)):
+        return (get_origin(reader) or reader) is (get_origin(writer) or writer)
+    if not _is_class(reader) or not _is_class(writer):
         return True
     if bool in (reader, writer):
         return reader is writer
     return issubclass(writer, reader)
+
+
+def _is_class(data_type: Any) -> bool:
+    # Python 3.10 takes list[int] for an instance of `type`.
+    return isinstance(data_type, type) and get_origin(data_type) is None
+
+
+def _is_enum(data_type: Any) -> bool:
+    return _is_class(data_type) and issubclass(data_type, Enum)

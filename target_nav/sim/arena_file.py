@@ -26,8 +26,8 @@ from target_nav.sim.arena_types import (
     WallObstacle,
 )
 from target_nav.sim.objects import OBJECTS, unknown_class
-from target_nav.sim.yaml_nodes import NodeReader, describe, scalar
 from target_nav.state.types import Pose2D
+from target_nav.utils.yaml_nodes import NodeReader, describe, scalar
 
 WORLD_LIMITS_M = (-1000.0, 1000.0)
 """An arena is a room or a hall: what lies farther out is a slip of the unit (millimetres)."""

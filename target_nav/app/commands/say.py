@@ -22,7 +22,7 @@ LISTEN_S = 1.0
     "--prefix", default=Config().ipc.prefix, show_default=True, help="Of the shared-memory channels."
 )
 def command(word: str, prefix: str) -> None:
-    """Send GO, STOP, PAUSE, RESUME or RESET_ODOM to the running nav process."""
+    """Send a word to the running nav process: go, stop, pause, resume, step, reload or reset_odom."""
     kind = CommandKind[word.upper()]
     with contextlib.closing(channels.open_command_writer(prefix)) as writer:
         # the reader's acknowledgement takes a tick to show that somebody listens

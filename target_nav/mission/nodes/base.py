@@ -14,8 +14,9 @@ begins anew, where BehaviorTree.CPP resets it at once. A halt reaches exactly th
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, ClassVar
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import MethodType
+from typing import Any, ClassVar, Literal, Protocol
 
 from py_trees import composites, decorators
 from py_trees.behaviour import Behaviour
@@ -23,73 +24,148 @@ from py_trees.common import Status
 from py_trees.ports import PortInformation
 
 from target_nav.errors import MissionError
-from target_nav.mission.nodes.sources import Source
+from target_nav.mission.nodes.entries import BoardEntry, Constant
+from target_nav.mission.script import Run
 
 Visited = list[Behaviour]
 """What a tick passed through, in the order in which it was done with."""
 
+Tick = Callable[[Visited], Status]
+
 SKIPPED = Status.INVALID
 SKIPPED_MESSAGE = "skipped"
-_LEAF_RESULTS = (Status.SUCCESS, Status.FAILURE, Status.RUNNING)
+# An enum's members are looked up in a class each time; a tick asks for them hundreds of times.
+_SUCCESS, _FAILURE, _RUNNING, _INVALID = Status.SUCCESS, Status.FAILURE, Status.RUNNING, Status.INVALID
+
+TICK = "mission_tick"
+"""The attribute by which a mission ticks a behaviour. A leaf gets it with its first tick, see `adopt`."""
 
 
 def tick_node(node: Behaviour, visited: Visited) -> Status:
     """Ticks a node once; INVALID means that it was skipped.
 
     Raises:
-        MissionError: a leaf returned something that is no result.
+        MissionError: a leaf returned something that is no result, or a script failed.
     """
-    if isinstance(node, MissionNode):
-        return node.execute(visited)
-    if type(node).tick is not Behaviour.tick:
-        visited.extend(node.tick())
-        return _result(node, node.status)
-    if node.status is not Status.RUNNING:
-        node.initialise()
-    status = _result(node, node.update())
-    if status is not Status.RUNNING:
-        _end(node, status)
-    node.status = status
-    visited.append(node)
+    tick: Tick = getattr(node, TICK, None) or adopt(node)
+    return tick(visited)
+
+
+def adopt(leaf: Behaviour) -> Tick:
+    """Gives a leaf, or a whole tree of py_trees, what `tick_node` calls."""
+    function: Callable[[Behaviour, Visited], Status]
+    if type(leaf).tick is not Behaviour.tick:
+        function = _tick_foreign
+    elif type(leaf).stop is not Behaviour.stop:
+        function = _tick_leaf_with_stop
+    else:
+        function = _tick_leaf
+    tick: Tick = MethodType(function, leaf)
+    setattr(leaf, TICK, tick)
+    return tick
+
+
+def _tick_leaf(leaf: Behaviour, visited: Visited) -> Status:
+    if leaf.status is not _RUNNING:
+        leaf.initialise()
+    status = leaf.update()
+    if status is _SUCCESS or status is _FAILURE:
+        # what Behaviour.stop does but for writing a debug message, which costs more than all the rest of a leaf's tick
+        leaf.terminate(status)
+    elif status is not _RUNNING:
+        raise _no_result(leaf, status)
+    leaf.status = status
+    visited.append(leaf)
     return status
 
 
-def _end(leaf: Behaviour, status: Status) -> None:
-    if type(leaf).stop is Behaviour.stop:
-        # what it does but for writing a debug message, which costs more than all the rest of a leaf's tick
-        leaf.terminate(status)
-    else:
+def _tick_leaf_with_stop(leaf: Behaviour, visited: Visited) -> Status:
+    if leaf.status is not _RUNNING:
+        leaf.initialise()
+    status = leaf.update()
+    if status is _SUCCESS or status is _FAILURE:
         leaf.stop(status)
+    elif status is not _RUNNING:
+        raise _no_result(leaf, status)
+    leaf.status = status
+    visited.append(leaf)
+    return status
 
 
-def _result(leaf: Behaviour, status: object) -> Status:
+def _tick_foreign(tree: Behaviour, visited: Visited) -> Status:
+    visited.extend(tree.tick())
+    if tree.status is _INVALID:
+        raise _no_result(tree, tree.status)
+    return tree.status
+
+
+def _no_result(leaf: Behaviour, status: object) -> MissionError:
     # A forgotten `return` must not pass for "skipped", which lets a sequence go on.
-    if isinstance(status, Status) and status in _LEAF_RESULTS:
-        return status
-    raise MissionError(
+    return MissionError(
         f"leaf {leaf.name!r} ({type(leaf).__name__}) returned {status!r}; it must return SUCCESS, FAILURE or RUNNING"
     )
 
 
 def is_active(node: Behaviour) -> bool:
     """Whether the node has begun and has not finished; only such a node is halted."""
-    return node.active if isinstance(node, MissionNode) else node.status is Status.RUNNING
+    if node.status is _INVALID:
+        # skipped, but active still
+        return isinstance(node, MissionNode) and node.active
+    return node.status is _RUNNING
 
 
 def halt(node: Behaviour) -> None:
     """Stops the node if it is active; one that has finished only loses its status."""
     if is_active(node):
-        node.stop(Status.INVALID)
+        node.stop(_INVALID)
     else:
         forget(node)
 
 
+def halt_tree(root: Behaviour) -> None:
+    """Halts a whole tree: what is active below a node that is not, too, as a skipped node can be."""
+    halt(root)
+    _halt_below(root)
+
+
+def _halt_below(node: Behaviour) -> None:
+    for child in node.children:
+        if is_active(child):
+            halt(child)
+        _halt_below(child)
+
+
 def forget(node: Behaviour) -> None:
     """Clears what is left to be seen of a finished node and its descendants."""
-    if node.status is not Status.INVALID:
-        node.status = Status.INVALID
-        for child in node.children:
-            forget(child)
+    if node.status is not _INVALID:
+        node.status = _INVALID
+        if node.children:
+            forget_all(node.children)
+
+
+def forget_all(nodes: Sequence[Behaviour]) -> None:
+    for node in nodes:
+        if node.status is not _INVALID:
+            node.status = _INVALID
+            if node.children:
+                forget_all(node.children)
+
+
+ScriptUse = Literal["runs", "decides"]
+"""Whether a script is run for what it does, or for whether its value is true."""
+KeyUse = Literal["watches", "writes", "removes"]
+
+
+class Source(Protocol):
+    """Where a built-in node's port gets its value: the mission's text, or the blackboard at the moment of reading."""
+
+    def read(self) -> Any:
+        """The value.
+
+        Raises:
+            KeyError: there is none.
+            ValueError: it does not fit; the text continues a sentence that begins with the port.
+        """
 
 
 class MissionNode(Behaviour):
@@ -98,13 +174,30 @@ class MissionNode(Behaviour):
     KIND: ClassVar[str]
     CHILDREN: ClassVar[tuple[int, int | None]]
     INPUT_PORTS: ClassVar[dict[str, PortInformation]] = {}
+    OUTPUT_PORTS: ClassVar[dict[str, PortInformation]] = {}
     PORT_LIMITS: ClassVar[dict[str, tuple[float, float]]] = {}
+    SCRIPT_PORTS: ClassVar[Mapping[str, ScriptUse]] = {}
+    """Inputs that hold a script, and what for."""
+    KEY_PORTS: ClassVar[Mapping[str, KeyUse]] = {}
+    """Inputs that name an entry, and what is done with it."""
+    BEGINS: ClassVar[bool] = True
+    """Whether it is active from the begin of its first tick on. Otherwise only once it is RUNNING."""
 
     active: bool = False
     """BehaviorTree.CPP's RUNNING: from the first tick to a result or a halt, skipped ticks included."""
     origin: str = ""
     """Where the mission defines the node: file:line:column."""
     sources: Mapping[str, Source] = {}
+    """Of the ports that the mission gives."""
+    sinks: Mapping[str, BoardEntry] = {}
+    """Of the outputs that the mission connects."""
+    entries: Mapping[str, BoardEntry] = {}
+    """Of `KEY_PORTS`."""
+    scripts: Mapping[str, Run] = {}
+    """Of `SCRIPT_PORTS`. They raise MissionError."""
+    enums: Mapping[str, int] = {}
+    """Names of constants that texts may stand for."""
+    on_halted: Callable[[], object] | None = None
     last_visited: Sequence[Behaviour] = ()
     """Of a node that was ticked as the root of a tree: what the last tick passed through."""
 
@@ -118,25 +211,56 @@ class MissionNode(Behaviour):
     def input(self, port: str) -> Any:
         """The port's value: what the mission says, or the port's default."""
         source = self.sources.get(port)
+        default = self.INPUT_PORTS[port].default_value
+        if source is None:
+            return default
+        try:
+            return source.read()
+        except KeyError as error:
+            if default is None:
+                raise self.error(f"{port} reads {error.args[0]}, which nobody has written yet") from error
+            return default
+        except ValueError as error:
+            raise self.error(f"{port} {error}") from error
+
+    def input_or_none(self, port: str) -> Any:
+        """The same; None where it has no value."""
+        source = self.sources.get(port)
         if source is None:
             return self.INPUT_PORTS[port].default_value
         try:
             return source.read()
+        except KeyError:
+            return None
         except ValueError as error:
-            raise MissionError(f"{self.origin}: error: {self.name}: {port} {error}") from error
+            raise self.error(f"{port} {error}") from error
 
-    def execute(self, visited: Visited) -> Status:
+    def is_literal(self, port: str) -> bool:
+        return isinstance(self.sources.get(port), Constant)
+
+    def run(self, port: str) -> Any:
+        """Runs the script of a port and returns its value."""
+        return self.scripts[port]()
+
+    def error(self, message: str) -> MissionError:
+        return MissionError(f"{self.origin}: error: {self.name}: {message}")
+
+    def mission_tick(self, visited: Visited) -> Status:
         """Ticks the node and, through it, its children."""
         if not self.active:
             for child in self.children:
-                forget(child)
-        self.active = True
+                # `forget`, written out: most children have nothing to lose
+                if child.status is not _INVALID:
+                    child.status = _INVALID
+                    if child.children:
+                        forget_all(child.children)
+            self.active = self.BEGINS
         status = self.step(visited)
-        if status is SKIPPED:
+        if status is _INVALID:
             self.feedback_message = SKIPPED_MESSAGE
         else:
-            self.active = status is Status.RUNNING
-            if self.feedback_message == SKIPPED_MESSAGE:
+            self.active = status is _RUNNING
+            if self.feedback_message is SKIPPED_MESSAGE:
                 self.feedback_message = ""
         self.status = status
         visited.append(self)
@@ -146,7 +270,7 @@ class MissionNode(Behaviour):
         """Halts the children that are still active, because the node is done."""
         for child in self.children:
             if is_active(child):
-                child.stop(Status.INVALID)
+                halt(child)
 
     # -- py_trees' interface -----------------------------------------------------------------------------------------
 
@@ -157,10 +281,11 @@ class MissionNode(Behaviour):
     def tick_once(self) -> None:
         visited: Visited = []
         self.last_visited = visited
-        self.execute(visited)
+        self.mission_tick(visited)
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """With INVALID, py_trees' word for it, BehaviorTree.CPP's halt: children first, in order, then the node."""
+        was_active = self.active
         if new_status is Status.INVALID:
             for child in self.children:
                 halt(child)
@@ -170,6 +295,11 @@ class MissionNode(Behaviour):
         self.terminate(new_status)
         self.active = False
         self.status = new_status
+        if was_active and new_status is Status.INVALID and self.on_halted is not None:
+            self.on_halted()
+        if new_status is Status.INVALID and self.parent is None:
+            # py_trees' way of halting a whole tree
+            _halt_below(self)
 
 
 class ControlNode(MissionNode, composites.Composite):

@@ -6,7 +6,6 @@ from py_trees import composites
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from target_nav.errors import MissionError
 from target_nav.mission.nodes.base import SKIPPED, ControlNode, Visited, halt, tick_node
 
 
@@ -22,9 +21,8 @@ class _Branching(ControlNode):
         self.current_child = self.children[0]
         status = tick_node(self.children[0], visited)
         if status is SKIPPED:
-            raise MissionError(
-                f"{self.origin}: error: {self.name}: its condition {self.children[0].name!r} was skipped; "
-                "it must end with SUCCESS or FAILURE"
+            raise self.error(
+                f"its condition {self.children[0].name!r} was skipped; it must end with SUCCESS or FAILURE"
             )
         return status
 

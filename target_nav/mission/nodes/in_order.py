@@ -1,4 +1,4 @@
-"""Children one after the other: Sequence, SequenceWithMemory, Fallback."""
+"""Children one after the other: Sequence, Fallback, their Async kinds, SequenceWithMemory."""
 
 from __future__ import annotations
 
@@ -10,11 +10,15 @@ from py_trees.common import Status
 
 from target_nav.mission.nodes.base import SKIPPED, ControlNode, Visited, halt, is_active, tick_node
 
+_RUNNING = Status.RUNNING
+
 
 class _InOrder(ControlNode):
     """Ticks children from the one it stopped at, as long as they return `GOES_ON`."""
 
     GOES_ON: ClassVar[Status]
+    PAUSES: ClassVar[bool] = False
+    """Whether a child that returns `GOES_ON` in its first tick ends the node's tick."""
     _index = 0
     _skipped = 0
 
@@ -22,24 +26,30 @@ class _InOrder(ControlNode):
         self._index = self._skipped = 0
 
     def step(self, visited: Visited) -> Status:
-        while self._index < len(self.children):
-            child = self.current_child = self.children[self._index]
+        children, goes_on, pauses = self.children, self.GOES_ON, self.PAUSES
+        count = len(children)
+        while self._index < count:
+            child = self.current_child = children[self._index]
+            first_tick = pauses and not is_active(child)
             status = tick_node(child, visited)
-            if status is Status.RUNNING:
+            if status is _RUNNING:
                 return status
-            if status is SKIPPED:
+            if status is goes_on:
+                self._index += 1
+                if first_tick and self._index < count:
+                    return _RUNNING
+            elif status is SKIPPED:
+                self._index += 1
                 self._skipped += 1
-            elif status is not self.GOES_ON:
-                self.reset()
-                self.settle()
-                return status
-            self._index += 1
-        return self._finish()
+            else:
+                return self._finish(status)
+        return self._finish(SKIPPED if self._skipped == count else goes_on)
 
-    def _finish(self) -> Status:
-        status = SKIPPED if self._skipped == len(self.children) else self.GOES_ON
-        self.reset()
-        self.settle()
+    def _finish(self, status: Status) -> Status:
+        if self._skipped:
+            # a child that was skipped can be active still, the others cannot
+            self.settle()
+        self._index = self._skipped = 0
         return status
 
 
@@ -56,6 +66,12 @@ class Sequence(_InOrder, composites.Sequence):
         composites.Sequence.__init__(self, name, memory=True, children=children)
 
 
+class AsyncSequence(Sequence):
+    """A Sequence that is RUNNING until the next tick when a child succeeds at once, so that it can be halted there."""
+
+    PAUSES = True
+
+
 class Fallback(_InOrder, composites.Selector):
     """Ticks its children in order. SUCCESS as soon as one succeeds, FAILURE when all have failed.
 
@@ -66,6 +82,12 @@ class Fallback(_InOrder, composites.Selector):
 
     def __init__(self, name: str, children: list[Behaviour]) -> None:
         composites.Selector.__init__(self, name, memory=True, children=children)
+
+
+class AsyncFallback(Fallback):
+    """A Fallback that is RUNNING until the next tick when a child fails at once, so that it can be halted there."""
+
+    PAUSES = True
 
 
 class SequenceWithMemory(ControlNode, composites.Sequence):

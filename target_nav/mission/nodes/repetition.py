@@ -22,6 +22,8 @@ class _Counting(DecoratorNode):
 
     PORT: ClassVar[str]
     COUNTED: ClassVar[Status]
+    ASKS_AGAIN: ClassVar[bool]
+    """Whether a count that the child changes counts at once, not from the next tick on. As in BehaviorTree.CPP."""
     _count = 0
 
     def reset(self) -> None:
@@ -41,7 +43,8 @@ class _Counting(DecoratorNode):
             if status is not self.COUNTED:
                 return self._end(status)
             self._count += 1
-            most = self.input(self.PORT)
+            if self.ASKS_AGAIN:
+                most = self.input(self.PORT)
             if first_tick and self._goes_on(most):
                 self.feedback_message = f"{self._count} of {most if most >= 0 else 'any number'}"
                 return Status.RUNNING
@@ -53,6 +56,8 @@ class _Counting(DecoratorNode):
     def _end(self, status: Status) -> Status:
         self._count = 0
         self.feedback_message = ""
+        # It is active still when the count was lowered while it ran.
+        self.settle()
         return status
 
 
@@ -61,6 +66,7 @@ class Repeat(_Counting):
 
     PORT = "num_cycles"
     COUNTED = Status.SUCCESS
+    ASKS_AGAIN = False
     INPUT_PORTS = {"num_cycles": PortInformation(int, True, "successes until SUCCESS; -1: without end")}
     PORT_LIMITS = {"num_cycles": (-1, MOST)}
 
@@ -70,6 +76,7 @@ class RetryUntilSuccessful(_Counting):
 
     PORT = "num_attempts"
     COUNTED = Status.FAILURE
+    ASKS_AGAIN = True
     INPUT_PORTS = {"num_attempts": PortInformation(int, True, "failures until FAILURE; -1: without end")}
     PORT_LIMITS = {"num_attempts": (-1, MOST)}
 

@@ -98,11 +98,20 @@ class Trace:
     `tick()` gives the root's letter and what was done to the leaves: `["R", "A>S", "B>R"]`.
     """
 
-    def __init__(self, folder: Path, scripts: dict[str, str], *trees: str, xml: str = "") -> None:
+    def __init__(
+        self,
+        folder: Path,
+        scripts: dict[str, str],
+        *trees: str,
+        xml: str = "",
+        provided: Iterable[str] = (),
+        enums: dict[str, int] | None = None,
+    ) -> None:
         self._log: list[str] = []
         path = folder / "mission.xml"
         path.write_text(xml or document(*trees), encoding="utf-8")
-        self.mission = load_mission(path, NodeRegistry(scripted_leaves(scripts, self._log)))
+        registry = NodeRegistry(scripted_leaves(scripts, self._log), enums)
+        self.mission = load_mission(path, registry, provided)
         self.root = self.mission.root
         self._now_s = 0.0
         set_clock(0.0)

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from py_trees.behaviour import Behaviour
 from py_trees.blackboard import Blackboard
+from py_trees.ports import NoDataAvailable
 
 from target_nav.errors import MissionError
 from target_nav.mission import load_mission
+from target_nav.mission.btcpp import CONDITIONS
 from target_nav.mission.check import check_file
+from target_nav.mission.nodes import halt_tree
+from target_nav.mission.registry import NodeKind
+from tests.unit.mission.scripted import set_clock
 from tests.unit.mission.vocabulary import registry
 
 QUICK = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -29,7 +36,9 @@ FRAME = (
     "BehaviorTree",
     "include",
     "root",
-    "Switch2",
+    "py_trees.behaviours.Success",
+    "py_trees.behaviours:TickCounter",
+    "os:path",
 )
 TAGS = (*REGISTRY.names(), *FRAME)
 NAMES = [
@@ -42,7 +51,25 @@ NAMES = [
     "msec",
     "_autoremap",
     "_skipIf",
+    "_while",
+    "_onHalted",
+    "_post",
     "path",
+    "code",
+    "if",
+    "else",
+    "entry",
+    "key",
+    "output_key",
+    "value",
+    "queue",
+    "if_empty",
+    "variable",
+    "case_1",
+    "case_2",
+    "max_failures",
+    "duration",
+    "completion_status",
 ]
 VALUES = [
     "Main",
@@ -59,7 +86,26 @@ VALUES = [
     "{clock/now_s}",
     "{T/a}",
     "{",
+    "SUCCESS",
+    "SKIPPED",
+    "a",
+    "a := 1",
+    "a += 1; @b := 'x' .. a",
+    "a == 1",
+    "b &amp; 1 || !a",
+    "a ? b : 'c'",
+    "1;2;3",
+    "py_trees.behaviours:Running",
 ]
+
+
+def tick(root: Behaviour) -> None:
+    """A few times; what leaves read may be missing, and scripts may fail."""
+    for number in range(4):
+        set_clock(0.05 * number)
+        with suppress(MissionError, NoDataAvailable):
+            root.tick_once()
+    halt_tree(root)
 
 
 def load_or_refuse(data: bytes) -> None:
@@ -73,7 +119,7 @@ def load_or_refuse(data: bytes) -> None:
             with pytest.raises(MissionError):
                 load_mission(path, REGISTRY)
         else:
-            load_mission(path, REGISTRY)
+            tick(load_mission(path, REGISTRY).root)
 
 
 @QUICK
@@ -123,5 +169,53 @@ def test_any_tree_of_known_words(contents: list[str]) -> None:
     trees = [
         f'<BehaviorTree ID="{name}">{inside}</BehaviorTree>'
         for name, inside in zip(("Main", "T", "U"), contents)
+    ]
+    load_or_refuse(f'<root BTCPP_format="4" main_tree_to_execute="Main">{"".join(trees)}</root>'.encode())
+
+
+def own_attributes(tag: str) -> st.SearchStrategy[dict[str, str]]:
+    """Those that the node has, and conditions."""
+    spec = REGISTRY.resolve(tag)
+    ports = spec.ports if spec is not None else ()
+    value = st.sampled_from(VALUES)
+    given_ports = st.fixed_dictionaries({}, optional=dict.fromkeys(ports, value))
+    conditions = st.dictionaries(st.sampled_from(CONDITIONS), st.sampled_from(SCRIPTS), max_size=2)
+    return st.builds(lambda *parts: {**parts[0], **parts[1]}, given_ports, conditions)
+
+
+def fitting(tag: str, said: dict[str, str], children: list[str]) -> str:
+    """With as many children as the node takes."""
+    spec = REGISTRY.resolve(tag)
+    least, most = spec.children if spec is not None else (0, 0)
+    padded = [*children, *(["<Look/>"] * least)]
+    return element(tag, said, padded[: len(children) if most is None else most] or padded[:least])
+
+
+KINDS = {kind: [spec.name for spec in REGISTRY.specs() if spec.kind is kind] for kind in NodeKind}
+LEAVES = [*KINDS[NodeKind.LEAF], "py_trees.behaviours:TickCounter", "py_trees.behaviours.Failure"]
+INNER = [*KINDS[NodeKind.CONTROL], *KINDS[NodeKind.DECORATOR]]
+SCRIPTS = [value for value in VALUES if any(each in value for each in ("a", "b", "1")) and "{" not in value]
+
+leaves = st.sampled_from(LEAVES).flatmap(
+    lambda tag: st.builds(fitting, st.just(tag), own_attributes(tag), st.just([]))
+)
+fitting_elements = st.recursive(
+    leaves,
+    lambda children: st.sampled_from(INNER).flatmap(
+        lambda tag: st.builds(
+            fitting, st.just(tag), own_attributes(tag), st.lists(children, min_size=1, max_size=3)
+        )
+    ),
+    max_leaves=8,
+)
+
+
+@QUICK
+@given(st.lists(fitting_elements, min_size=1, max_size=2))
+def test_any_tree_of_words_in_their_places(contents: list[str]) -> None:
+    begin = """<Script code="a := 1; b := 'x'; c := 0.5"/>"""
+    trees = [
+        f'<BehaviorTree ID="{name}"><Sequence>{begin}{inside}</Sequence></BehaviorTree>'
+        for name, inside in zip(("Main", "T"), contents)
     ]
     load_or_refuse(f'<root BTCPP_format="4" main_tree_to_execute="Main">{"".join(trees)}</root>'.encode())

@@ -7,7 +7,7 @@ from py_trees.ports import PortInformation
 
 from target_nav.errors import MissionError
 from target_nav.mission import NodeRegistry, default_registry
-from target_nav.mission.btcpp import NOT_YET
+from target_nav.mission.btcpp import NOT_HERE
 from target_nav.mission.registry import NodeKind
 from tests.unit.mission.scripted import leaf_class
 from tests.unit.mission.vocabulary import Drive, Look
@@ -36,8 +36,8 @@ def test_built_ins_and_leaves_are_words() -> None:
     assert registry.find("Look") is None
 
 
-def test_no_word_is_both_there_and_not_yet_there() -> None:
-    assert not set(NodeRegistry().names()) & set(NOT_YET)
+def test_no_word_is_said_not_to_be_one() -> None:
+    assert not set(NodeRegistry().names()) & set(NOT_HERE)
 
 
 def test_a_leaf_can_have_another_name_and_be_registered_twice() -> None:
@@ -66,6 +66,20 @@ def test_a_leaf_can_have_another_name_and_be_registered_twice() -> None:
 def test_what_cannot_be_a_leaf(leaf: type[py_trees.behaviour.Behaviour], message: str) -> None:
     with pytest.raises(MissionError, match=message):
         NodeRegistry((leaf,))
+
+
+def test_names_of_constants() -> None:
+    registry = NodeRegistry(enums={"RED": 1})
+    registry.register_enum("RED", 1)
+    registry.register_enum("GREEN", 2)
+    assert dict(registry.enums) == {"RED": 1, "GREEN": 2}
+    for name, value, message in (
+        ("RED", 3, "is 1 already, and cannot be 3"),
+        ("a b", 1, "a script cannot have such a name"),
+        ("falsehood", 1, "a script cannot have such a name"),
+    ):
+        with pytest.raises(MissionError, match=message):
+            registry.register_enum(name, value)
 
 
 def test_the_default_registry_has_the_leaves_of_behaviours_and_is_made_once() -> None:

@@ -10,7 +10,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from target_nav.mission.values import BadValue, accepts, from_blackboard, key_in, to_literal, unit_of
+from target_nav.mission.values import (
+    BadValue,
+    accepts,
+    can_be_written,
+    from_blackboard,
+    key_in,
+    to_literal,
+    to_port,
+    unit_of,
+)
 from target_nav.state.types import Pose2D
 
 
@@ -38,6 +47,9 @@ class Side(Enum):
         ("4", float | None, 4.0),
         ("x", int | str, "x"),
         ("x", object, "x"),
+        ("1;2.5;", list[float], [1.0, 2.5]),
+        ("a;;b", list[str], ["a", "", "b"]),
+        ("", list[int], []),
     ],
 )
 def test_literals(text: str, data_type: Any, value: object) -> None:
@@ -60,6 +72,7 @@ def test_literals(text: str, data_type: Any, value: object) -> None:
         ("", float, "it must be a finite number, or a {key}"),
         ("UP", Side, "it must be LEFT or RIGHT, or a {key}"),
         ("x", int | None, "it must be a whole number, or a {key}"),
+        ("1;x", list[int], "it must be a list with ; between, each a whole number, or a {key}"),
         ("1;2;3", Pose2D, "a Pose2D cannot be written as text; give a {key} that somebody writes"),
     ],
 )
@@ -133,6 +146,9 @@ def test_built_ins_take_text_and_whole_numbers_from_the_blackboard() -> None:
     assert from_blackboard("12", int) == 12
     assert from_blackboard(3, float) == 3.0
     assert from_blackboard("true", bool) is True
+    assert from_blackboard(2.0, int) == 2
+    items = [1, 2]
+    assert from_blackboard(items, list[int]) is items
     for value, data_type in ((True, int), (1, bool), (1.5, int), ("x", int), (None, int), (math, float)):
         with pytest.raises(BadValue):
             from_blackboard(value, data_type)
@@ -142,6 +158,84 @@ def test_which_types_a_reader_takes() -> None:
     assert accepts(float, float)
     assert accepts(Any, float)
     assert accepts(float, object)
+    assert accepts(list[int], list[int])
+    assert accepts(list[int], list)
+    assert not accepts(list[int], float)
+    assert not accepts(float, list[float])
     assert not accepts(float, int)
     assert not accepts(int, bool)
     assert not accepts(str, float)
+
+
+@pytest.mark.parametrize(
+    ("value", "data_type", "becomes"),
+    [
+        (2, float, 2.0),
+        (2.0, int, 2),
+        (1, bool, True),
+        (0.0, bool, False),
+        (True, int, 1),
+        (True, float, 1.0),
+        (2, str, "2"),
+        (2.5, str, "2.500000"),
+        ("2.5", float, 2.5),
+        ("true", bool, True),
+        ("1;2", list[int], [1, 2]),
+        ("LEFT", Side, Side.LEFT),
+        (2.0, Side, Side.RIGHT),
+        (Side.LEFT, Side, Side.LEFT),
+        (2, float | None, 2.0),
+        (None, float | None, None),
+        ("x", int | str, "x"),
+        ([1], list[int], [1]),
+        (Pose2D(), Pose2D, Pose2D()),
+        (2.5, object, 2.5),
+    ],
+)
+def test_what_is_written_to_a_port_of_a_type(value: object, data_type: Any, becomes: object) -> None:
+    found = to_port(value, data_type)
+    assert found == becomes
+    assert type(found) is type(becomes)
+
+
+@pytest.mark.parametrize(
+    ("value", "data_type", "message"),
+    [
+        (2.5, int, "it must be a whole number"),
+        (2, bool, "it must be true or false"),
+        (math.nan, float, "it must be a finite number"),
+        (math.inf, float, "it must be a finite number"),
+        ("fast", float, "it must be a finite number"),
+        (3, Side, "it must be LEFT or RIGHT"),
+        ([1], str, "a list cannot be made text"),
+        ((1,), list[int], "it must be a list with ; between, each a whole number"),
+        (None, float, "it must be a finite number"),
+        ("x", int | None, "it must be a whole number"),
+        (1, Pose2D, "it must be Pose2D"),
+        ("x", Pose2D, "it must be Pose2D"),
+    ],
+)
+def test_what_cannot_be_written_to_a_port_of_a_type(value: object, data_type: Any, message: str) -> None:
+    with pytest.raises(BadValue) as caught:
+        to_port(value, data_type)
+    assert str(caught.value) == message
+
+
+@given(
+    st.one_of(st.integers(-(2**53), 2**53), st.floats(allow_nan=False, allow_infinity=False), st.booleans())
+)
+def test_a_number_that_becomes_another_type_is_the_same_number(value: float) -> None:
+    for data_type in (bool, int, float):
+        try:
+            found = to_port(value, data_type)
+        except BadValue:
+            continue
+        assert type(found) is data_type
+        assert found == value
+
+
+def test_which_types_a_text_can_mean() -> None:
+    assert all(
+        map(can_be_written, (bool, int, float, str, Side, object, Any, list[int], float | None, Pose2D | str))
+    )
+    assert not any(map(can_be_written, (Pose2D, list, list[Pose2D], dict[str, int], Pose2D | None)))

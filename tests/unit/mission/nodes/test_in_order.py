@@ -1,4 +1,4 @@
-"""Sequence, Fallback and SequenceWithMemory. A row is a tick: the root, then what was done to the leaves."""
+"""Sequence, Fallback, their Async kinds, SequenceWithMemory. A row: the root, then what was done to the leaves."""
 
 from __future__ import annotations
 
@@ -98,3 +98,21 @@ def test_skipped_children_are_passed_over_and_only_a_node_with_nothing_else_is_s
     assert trace(f"<Sequence>{once}<B/></Sequence>", A="S", B="S").ticks(2) == expected
     assert trace(f"<Sequence>{once}{once}</Sequence>", A="S").ticks(2) == spaced("S A>S A>S", "-")
     assert trace(f"<Fallback>{once}<B/></Fallback>", A="F", B="F").ticks(2) == spaced("F A>F B>F", "F B>F")
+
+
+def test_an_async_sequence_can_be_halted_between_its_children(trace: MakeTrace) -> None:
+    """A child that ran for longer has given that chance before."""
+    tree = trace("<AsyncSequence><A/><B/><C/></AsyncSequence>", A="S", B="RS", C="S")
+    assert tree.ticks(5) == spaced("R A>S", "R B>R", "S B:S C>S", "R A>S", "R B>R")
+
+
+def test_an_async_fallback_can_be_halted_between_its_children(trace: MakeTrace) -> None:
+    tree = trace("<AsyncFallback><A/><B/></AsyncFallback>", A="F", B="F")
+    assert tree.ticks(3) == spaced("R A>F", "F B>F", "R A>F")
+    assert tree.halt() == []
+    assert tree.tick() == ["R", "A>F"]
+
+
+def test_skipped_children_do_not_stop_an_async_sequence(trace: MakeTrace) -> None:
+    tree = trace("<AsyncSequence><RunOnce><A/></RunOnce><B/><C/></AsyncSequence>", A="S", B="S", C="S")
+    assert tree.ticks(5) == spaced("R A>S", "R B>S", "S C>S", "R B>S", "S C>S")

@@ -1,4 +1,4 @@
-"""Parallel."""
+"""Parallel and ParallelAll."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from py_trees.blackboard import Blackboard
 from target_nav.errors import MissionError
 from target_nav.mission import NodeRegistry, load_mission
 from tests.unit.mission.conftest import MakeTrace
-from tests.unit.mission.scripted import document, scripted_leaves, spaced
+from tests.unit.mission.scripted import Trace, document, scripted_leaves, spaced
 
 
 def test_by_default_all_must_succeed_and_finished_children_are_not_ticked_again(trace: MakeTrace) -> None:
@@ -68,3 +68,38 @@ def test_counts_from_the_blackboard_are_checked_when_they_are_read(tmp_path: Pat
     Blackboard.set("/enough", 3)
     with pytest.raises(MissionError, match="success_count is 3, but it has 2 children"):
         root.tick_once()
+
+
+def test_parallel_all_ticks_all_until_all_have_ended(trace: MakeTrace) -> None:
+    expected = spaced(
+        "R A>F B>R C>S",
+        "R B:R",
+        "F B:S",
+        "R A>F B>R C>S",
+    )
+    assert trace("<ParallelAll><A/><B/><C/></ParallelAll>", A="F", B="RRS", C="S").ticks(4) == expected
+
+
+@pytest.mark.parametrize(("most", "letter"), [(0, "F"), (1, "F"), (2, "F"), (3, "S"), (-1, "S"), (-2, "F")])
+def test_how_many_failures_make_parallel_all_fail(most: int, letter: str, trace: MakeTrace) -> None:
+    tree = trace(f'<ParallelAll max_failures="{most}"><A/><B/><C/></ParallelAll>', A="F", B="S", C="F")
+    assert tree.tick() == [letter, "A>F", "B>S", "C>F"]
+
+
+def test_parallel_all_with_skipped_children(trace: MakeTrace) -> None:
+    tree = trace("<ParallelAll><RunOnce><A/></RunOnce><RunOnce><B/></RunOnce></ParallelAll>", A="S", B="RS")
+    assert tree.ticks(3) == spaced("R A>S B>R", "S B:S", "-")
+
+
+def test_parallel_all_that_is_halted_begins_anew(trace: MakeTrace) -> None:
+    tree = trace("<ParallelAll><A/><B/></ParallelAll>", A="F", B="R")
+    tree.tick()
+    assert tree.halt() == ["B!"]
+    assert tree.tick() == ["R", "A>F", "B>R"]
+
+
+def test_a_count_from_the_blackboard_that_is_too_high(tmp_path: Path) -> None:
+    tree = Trace(tmp_path, {"A": "S"}, '<ParallelAll max_failures="{n}"><A/></ParallelAll>', provided=["/n"])
+    Blackboard.set("/n", 2)
+    with pytest.raises(MissionError, match="max_failures is 2, but it has 1 children"):
+        tree.tick()

@@ -11,16 +11,18 @@ import math
 import re
 from collections.abc import Collection
 from pathlib import Path
+from typing import Any
 
 import yaml
 
-from target_nav.errors import ConfigError
+from target_nav.errors import ConfigError, TargetNavError
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
 
 # YAML 1.1, which PyYAML reads, takes 1e-3 for text: it wants a point in the number.
 _NUMBER_WITHOUT_POINT = re.compile(r"[-+]?[0-9]+[eE][-+]?[0-9]+")
+_WHOLE_NUMBER = re.compile(r"[-+]?[0-9]+")
 _PLAIN_NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 
 
@@ -47,43 +49,48 @@ class _NodeLoader(yaml.SafeLoader):
 
 
 class NodeReader:
-    """Takes values out of nodes and collects what is wrong. Every taker returns None where it has complained."""
+    """Takes values out of nodes and collects what is wrong. Every taker returns None where it has complained.
 
-    def __init__(self, path: Path) -> None:
+    `error` is what is raised, `manual` the page that an empty file is sent to.
+    """
+
+    def __init__(
+        self, path: Path, error: type[TargetNavError] = ConfigError, manual: str = "docs/simulator.md"
+    ) -> None:
         self.path = path
+        self._error = error
+        self._manual = manual
         self._problems: list[tuple[int, str]] = []
 
     def load(self) -> yaml.Node:
         """The file's root.
 
         Raises:
-            ConfigError: the file cannot be read, is too large, empty or not YAML.
+            TargetNavError: the file cannot be read, is too large, empty or not YAML.
         """
         try:
             with self.path.open("rb") as file:
                 data = file.read(MAX_BYTES + 1)
         except OSError as error:
-            raise ConfigError(f"{self.path}:1: error: cannot be read ({error.strerror or error})") from None
+            raise self._error(f"{self.path}:1: error: cannot be read ({error.strerror or error})") from None
         if len(data) > MAX_BYTES:
-            raise ConfigError(f"{self.path}:1: error: larger than {MAX_BYTES} bytes; is it the right file?")
+            raise self._error(f"{self.path}:1: error: larger than {MAX_BYTES} bytes; is it the right file?")
         try:
             node = yaml.compose(data.decode("utf-8"), Loader=_NodeLoader)
         except UnicodeDecodeError as error:
             line = data[: error.start].count(b"\n") + 1
-            raise ConfigError(f"{self.path}:{line}: error: not UTF-8 text; is it the right file?") from None
+            raise self._error(f"{self.path}:{line}: error: not UTF-8 text; is it the right file?") from None
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             line = mark.line + 1 if mark is not None else 1
-            raise ConfigError(
+            raise self._error(
                 f"{self.path}:{line}: error: not YAML: {error.problem or error.context}"
             ) from None
         except yaml.YAMLError as error:
             reason = str(error).splitlines()[0]
-            raise ConfigError(f"{self.path}:1: error: not YAML: {reason}") from None
+            raise self._error(f"{self.path}:1: error: not YAML: {reason}") from None
         if node is None:
-            raise ConfigError(
-                f"{self.path}:1: error: the file is empty; see docs/simulator.md for the format"
-            )
+            raise self._error(f"{self.path}:1: error: the file is empty; see {self._manual} for the format")
         return node
 
     def complain(self, node: yaml.Node, message: str) -> None:
@@ -92,11 +99,11 @@ class NodeReader:
     def raise_problems(self) -> None:
         """
         Raises:
-            ConfigError: something was wrong; in the order of the lines.
+            TargetNavError: something was wrong; in the order of the lines.
         """
         if self._problems:
             ordered = sorted(self._problems, key=lambda problem: problem[0])
-            raise ConfigError("\n".join(f"{self.path}:{line}: error: {text}" for line, text in ordered))
+            raise self._error("\n".join(f"{self.path}:{line}: error: {text}" for line, text in ordered))
 
     def mapping(
         self, node: yaml.Node, what: str, required: Collection[str] = (), optional: Collection[str] = ()
@@ -201,6 +208,18 @@ def scalar(node: yaml.Node) -> bool | int | float | str | None:
     if kind == "str":
         return float(text) if node.style is None and _NUMBER_WITHOUT_POINT.fullmatch(text) else text
     return None
+
+
+def plain(node: yaml.Node) -> Any:
+    """A node as Python's own values: mappings by their keys' text, whole numbers as int, nothing as None."""
+    if isinstance(node, yaml.MappingNode):
+        return {str(key.value): plain(value) for key, value in node.value}
+    if isinstance(node, yaml.SequenceNode):
+        return [plain(item) for item in node.value]
+    value = scalar(node)
+    if isinstance(value, float) and _WHOLE_NUMBER.fullmatch(node.value):
+        return int(node.value)
+    return value
 
 
 def describe(node: yaml.Node) -> str:
