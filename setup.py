@@ -144,7 +144,12 @@ setup(
             "bag_recorder = target_nav.app.bag_recorder:main",
             "detector_node = target_nav.app.detector_node:main",
             "sim = target_nav.app.sim_node:main",
+            # As py_trees_ros has them; where that is installed these hand over to it.
+            "py-trees-tree-watcher = target_nav.app.tree_watcher:main",
+            "py-trees-blackboard-watcher = target_nav.app.blackboard_watcher:main",
         ],
+        # Named as its module, so that `-p target_nav.testing.plugin` is the same plugin and not a second one.
+        "pytest11": ["target_nav.testing.plugin = target_nav.testing.plugin"],
     },
     zip_safe=False,
 )

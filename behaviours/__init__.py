@@ -5,8 +5,10 @@ from __future__ import annotations
 from behaviours.approach import BlindApproach, ConfirmArrival, NavigateToTarget, TargetTracked
 from behaviours.guards import InputsFresh, MissionRequested, SetTarget
 from behaviours.leaf import MissionLeaf
-from behaviours.search import SpiralSearch, TurnSearch
+from behaviours.places import GoToPoint
+from behaviours.search import LookRound, SpiralSearch, TurnSearch
 from behaviours.standing import Arrived, GiveUp, HoldStill, Idle
+from behaviours.visits import MarkVisited
 
 LEAVES: tuple[type[MissionLeaf], ...] = (
     SetTarget,
@@ -14,10 +16,13 @@ LEAVES: tuple[type[MissionLeaf], ...] = (
     InputsFresh,
     TargetTracked,
     TurnSearch,
+    LookRound,
     SpiralSearch,
     NavigateToTarget,
     BlindApproach,
     ConfirmArrival,
+    GoToPoint,
+    MarkVisited,
     Arrived,
     GiveUp,
     HoldStill,

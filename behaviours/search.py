@@ -1,9 +1,10 @@
-"""Finding the target: turn on the spot, then drive a spiral."""
+"""Finding the target: turn on the spot, then drive a spiral; or look round to know all that there are."""
 
 from __future__ import annotations
 
 from behaviours.leaf import number
 from behaviours.motion import DISTANCE_M, REASON_PORT, SPEED_MPS, TIME_S, MotionLeaf
+from target_nav.nav.look_round import LookRound as LookRoundSkill
 from target_nav.nav.skill import Skill
 from target_nav.nav.spiral_search import SpiralSearch as SpiralSearchSkill
 from target_nav.nav.turn_search import TurnSearch as TurnSearchSkill
@@ -56,4 +57,24 @@ class SpiralSearch(MotionLeaf):
             radius_m=self.get_input("radius_m", config.search.spiral_radius_m),
             spacing_m=self.get_input("spacing_m", config.search.spiral_spacing_m),
             speed_mps=self.get_input("speed_mps", config.search.spiral_speed_mps),
+        )
+
+
+class LookRound(MotionLeaf):
+    """Turns once all the way round, then faces the nearest target that it saw. FAILURE if there was none."""
+
+    STATE = NavState.SEARCHING
+    INPUT_PORTS = {
+        "time_limit_s": number("FAILURE after so long"),
+        "yaw_rate_radps": number("turning speed"),
+    }
+    OUTPUT_PORTS = REASON_PORT
+    PORT_LIMITS = {"time_limit_s": TIME_S, "yaw_rate_radps": (0.05, 3.0)}
+
+    def make_skill(self) -> Skill:
+        config = self.config()
+        return LookRoundSkill(
+            config,
+            time_limit_s=self.get_input("time_limit_s", config.search.time_limit_s),
+            yaw_rate_radps=self.get_input("yaw_rate_radps", config.search.yaw_rate_radps),
         )

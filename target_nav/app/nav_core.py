@@ -21,6 +21,7 @@ from target_nav.nav.limiter import Limited, VelocityLimiter
 from target_nav.nav.obstacles import ObstacleMemory
 from target_nav.nav.poses import PoseHistory
 from target_nav.nav.tracker import TargetTracker
+from target_nav.nav.visited import VISITED_RADIUS_M, without_visited
 from target_nav.state import keys
 from target_nav.state.dispatcher import CommandDispatcher
 from target_nav.state.snapshots import NavSnapshot
@@ -89,6 +90,7 @@ class NavCore:
         self._board.write(keys.CONFIG, config)
         self._board.write(keys.SPEC, TargetSpec())
         self._poses = PoseHistory()
+        self._camera_in_base = Pose2D(config.camera.x_m, config.camera.y_m, config.camera.yaw_rad)
         self._obstacles = ObstacleMemory(config)
         self._tracker = TargetTracker(config)
         self._limiter = VelocityLimiter(config)
@@ -99,10 +101,16 @@ class NavCore:
                 CommandKind.RESET_ODOM: self._reset_odometry,
                 CommandKind.PAUSE: self._pause,
                 CommandKind.RESUME: self._resume,
+                CommandKind.STEP: self._step,
+                CommandKind.RELOAD: self._reload,
             }
         )
         self._requested = False
+        self.held = False
+        """A debugger holds the tree: it is not ticked, and the robot stands."""
         self._paused = False
+        self._single_step = False
+        self._reload_asked = False
         self._finished: Outcome | None = None
         self._last_now_s: float | None = None
         self._dt_s = 1.0 / config.loop.rate_hz
@@ -119,6 +127,17 @@ class NavCore:
         record = self._publish(inputs, limited, loop)
         self._record(inputs, record)
         return record
+
+    def replace_tree(self, root: py_trees.behaviour.Behaviour) -> None:
+        """Halt the tree and tick another one from now on. It waits for GO: a new mission never moves by itself."""
+        self.root.stop(Status.INVALID)
+        self.root, self.probe = root, TreeProbe(root)
+        self._requested, self._finished = False, None
+
+    def take_reload(self) -> bool:
+        """Whether RELOAD was said since the last call."""
+        asked, self._reload_asked = self._reload_asked, False
+        return asked
 
     def close(self) -> None:
         """Halt the tree and send zero."""
@@ -152,16 +171,19 @@ class NavCore:
         return inputs
 
     def _update_track(self, inputs: Inputs) -> None:
-        spec = self._board.read(keys.SPEC)
+        spec, visited = self._board.read(keys.SPEC), self._board.read(keys.VISITED) or ()
         self._obstacles.update(inputs.now_s, self._poses, inputs.scan)
-        self._track = self._tracker.update(inputs.now_s, self._poses, spec, inputs.detections, inputs.scan)
+        self._tracker.forget_near(visited, VISITED_RADIUS_M)
+        detections = without_visited(inputs.detections, self._poses, self._camera_in_base, visited)
+        self._track = self._tracker.update(inputs.now_s, self._poses, spec, detections, inputs.scan)
         self._board.write(keys.TRACK, self._track)
         self._board.write(keys.OBSTACLES, self._obstacles.points_in_base(self._pose, self._track, spec))
 
     def _tick_tree(self) -> None:
-        if self._paused or self._finished is not None:
+        if self.held or (self._paused and not self._single_step) or self._finished is not None:
             self._board.write(keys.REQUEST, None)
             return
+        self._single_step = False
         self.root.tick_once()
         self._tick += 1
         if self.root.status in (Status.SUCCESS, Status.FAILURE):
@@ -211,7 +233,9 @@ class NavCore:
         if self._finished is not None or self._board.read(keys.OUTCOME) is not None:
             # GO after an end begins anew
             self.root.stop(Status.INVALID)
-            self._finished = None
+            self._finished, self._requested = None, False
+        if not self._requested:
+            self._board.write(keys.VISITED, None)
         self._requested, self._paused = True, False
         log.info("GO")
 
@@ -224,6 +248,7 @@ class NavCore:
         self._poses.clear()
         self._tracker.reset()
         self._obstacles.clear()
+        self._board.write(keys.VISITED, None)
         log.info("odometry reset")
 
     def _pause(self, command: Command) -> None:
@@ -234,6 +259,13 @@ class NavCore:
         self._paused = False
         log.info("resumed")
 
+    def _step(self, command: Command) -> None:
+        self._paused = self._single_step = True
+        log.info("single step")
+
+    def _reload(self, command: Command) -> None:
+        self._reload_asked = True
+
     # ----------------------------------------------------------------------------------------------------------------
 
     def _snapshot(self, inputs: Inputs, record: TickRecord, loop: LoopStatistics) -> NavSnapshot:
@@ -243,7 +275,7 @@ class NavCore:
             state=record.state,
             outcome=record.outcome,
             running_leaf=record.running_leaf,
-            reason="paused" if self._paused else record.reason,
+            reason="held by a debugger" if self.held else "paused" if self._paused else record.reason,
             requested=self._requested,
             pose_in_odom=self._pose,
             twist_sent=record.sent,

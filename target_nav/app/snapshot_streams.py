@@ -1,4 +1,4 @@
-"""What lets py_trees' watchers look into the running tree: snapshot streams, each with its own topic and parameters.
+"""Snapshot streams: what lets py_trees' tree watcher look into the running tree, each stream with its own parameters.
 
 The names, types and rules are those of py_trees_ros, so an unmodified `py-trees-tree-watcher` attaches:
 
@@ -6,165 +6,151 @@ The names, types and rules are those of py_trees_ros, so an unmodified `py-trees
     ~/snapshots                                    the default stream (parameter `default_snapshot_stream`)
     ~/snapshot_streams/_snapshots_<n>              a stream that a watcher opened without naming it
 
-Building and publishing a message happens in a thread of its own, never in the tick: a tick notes what the tree looks
-like and goes on. A watcher that hangs delays nobody, and without a stream nothing is built at all.
+A tick only notes what the tree looks like (`tree_note`), and that only for streams that have a subscriber and are due.
+Snapshots and messages are made in the worker's thread (`stream_worker`).
 """
 
 from __future__ import annotations
 
 import logging
-import queue
-import sys
 import threading
 from typing import Any
 
-import py_trees
-
-from target_nav.app.ros_support import RosNode, latched_qos
+from target_nav.app.ros_support import RosNode
 from target_nav.app.snapshot_messages import SnapshotMessages
-from target_nav.app.tick_statistics import TickMeter, TickStatistics
-from target_nav.mission.snapshot import SnapshotTracker, TreeSnapshot, snapshot_of
-
-PERIOD_SHARE = 0.98
-"""py_trees_ros: a snapshot is due when this share of the period has gone by, for a tick is never exactly on time."""
-
-ONLY_ON_CHANGE = sys.float_info.max
-DEFAULT_STREAM = "~/snapshots"
-WAITING = 4
+from target_nav.app.stream_names import (
+    DEFAULT_STREAM,
+    ONLY_ON_CHANGE,
+    PERIOD_SHARE,
+    SNAPSHOTS,
+    snapshot_topic,
+)
+from target_nav.app.stream_publisher import StreamPublisher
+from target_nav.app.stream_worker import StreamWorker
+from target_nav.app.tick_statistics import TickSeries
+from target_nav.mission.snapshot import SnapshotBuilder
+from target_nav.mission.tree_note import TreeNote
 
 log = logging.getLogger(__name__)
 
 
-class _Stream:
-    """One watcher's topic. `publish` is called from the publishing thread only."""
+class SnapshotStream:
+    """One watcher's topic. `due` and `post` in the tick's thread, `flush` in the worker's."""
 
-    def __init__(self, ros: RosNode, topic: str, parameters: Any) -> None:
-        from py_trees_ros_interfaces.msg import BehaviourTree
-
-        self.topic = topic
+    def __init__(self, publisher: StreamPublisher, parameters: Any, shared: SharedSnapshots) -> None:
         self.parameters = parameters
-        self._node = ros.node
-        self.publisher = ros.node.create_publisher(BehaviourTree, topic, latched_qos())
+        self.publisher = publisher
+        self._shared = shared
+        self._lock = threading.Lock()
+        self._pending: tuple[TreeNote, TickSeries, bool] | None = None
         self._last_s: float | None = None
 
+    @property
+    def topic(self) -> str:
+        return self.publisher.topic
+
     def due(self, now_s: float, changed: bool) -> bool:
-        late = (
-            self._last_s is not None
-            and now_s - self._last_s >= PERIOD_SHARE * self.parameters.snapshot_period
-        )
-        if self._last_s is None or changed or late:
+        period_s = self.parameters.snapshot_period
+        first = self.publisher.take_new_listener() or self._last_s is None
+        if first or changed or now_s - (self._last_s or 0.0) >= PERIOD_SHARE * period_s:
             self._last_s = now_s
             return True
         return False
 
-    def close(self) -> None:
-        self._node.destroy_publisher(self.publisher)
+    def post(self, note: TreeNote, series: TickSeries) -> None:
+        """The newest note takes the place of one that still waits, but a change is not forgotten."""
+        with self._lock:
+            changed = note.changed or (self._pending is not None and self._pending[2])
+            self._pending = (note, series, changed)
+
+    def flush(self) -> None:
+        with self._lock:
+            pending, self._pending = self._pending, None
+        if pending is not None:
+            self.publisher.publish(self._shared.message(*pending, self.parameters))
+
+
+class SharedSnapshots:
+    """Snapshots and messages for all streams, in the worker's thread: what several watchers ask for is made once."""
+
+    def __init__(self, messages: SnapshotMessages) -> None:
+        self._messages = messages
+        self.builder = SnapshotBuilder()
+        self._made: tuple[TreeNote, Any] | None = None
+
+    def message(self, note: TreeNote, series: TickSeries, changed: bool, parameters: Any) -> Any:
+        if self._made is None or self._made[0] is not note:
+            self._made = (note, self.builder.build(note))
+        return self._messages.tree(self._made[1], parameters, series.statistics(), changed)
 
 
 class SnapshotStreams:
-    """The services and the streams of one executor's tree."""
+    """The services and the streams of one executor."""
 
-    def __init__(self, ros: RosNode, root: py_trees.behaviour.Behaviour) -> None:
-        from py_trees_ros_interfaces.msg import SnapshotStreamParameters
+    def __init__(self, ros: RosNode, worker: StreamWorker) -> None:
+        from py_trees_ros_interfaces.msg import BehaviourTree, SnapshotStreamParameters
         from py_trees_ros_interfaces.srv import (
             CloseSnapshotStream,
             OpenSnapshotStream,
             ReconfigureSnapshotStream,
         )
 
-        self._ros, self._root = ros, root
-        self._tracker = SnapshotTracker()
-        self._meter = TickMeter()
-        self._messages = SnapshotMessages(ros.clock)
-        self._lock = threading.Lock()
-        self._streams: dict[str, _Stream] = {}
+        self._ros, self._worker = ros, worker
+        self.shared = SharedSnapshots(SnapshotMessages(ros.clock))
+        self._message_type = BehaviourTree
+        self._streams: dict[str, SnapshotStream] = {}
         self._count = 0
-        self._queue: queue.Queue[tuple[TreeSnapshot, list[_Stream], TickStatistics] | None] = queue.Queue(
-            WAITING
-        )
-        self.dropped = 0
         node = ros.node
-        node.create_service(OpenSnapshotStream, "~/snapshot_streams/open", self._open)
-        node.create_service(CloseSnapshotStream, "~/snapshot_streams/close", self._close)
-        node.create_service(ReconfigureSnapshotStream, "~/snapshot_streams/reconfigure", self._reconfigure)
+        node.create_service(OpenSnapshotStream, f"{SNAPSHOTS}/open", self._open)
+        node.create_service(CloseSnapshotStream, f"{SNAPSHOTS}/close", self._close)
+        node.create_service(ReconfigureSnapshotStream, f"{SNAPSHOTS}/reconfigure", self._reconfigure)
         if node.declare_parameter("default_snapshot_stream", False).value:
             self._add(DEFAULT_STREAM, SnapshotStreamParameters(snapshot_period=ONLY_ON_CHANGE))
-        self._thread = threading.Thread(target=self._publish_all, name="snapshots", daemon=True)
-        self._thread.start()
 
-    def after_tick(self, begin_s: float, end_s: float) -> None:
-        """Note how long the tick took, and what the tree looks like for the streams that are due."""
-        self._meter.note(begin_s, end_s)
-        with self._lock:
-            if not self._streams:
-                return
-            changed = self._tracker.observe(self._root)
-            due = [stream for stream in self._streams.values() if stream.due(begin_s, changed)]
-        if not due:
-            return
-        snapshot = snapshot_of(
-            self._root,
-            changed=changed,
-            blackboard_data=any(stream.parameters.blackboard_data for stream in due),
-            blackboard_activity=any(stream.parameters.blackboard_activity for stream in due),
-        )
-        try:
-            self._queue.put_nowait((snapshot, due, self._meter.statistics()))
-        except queue.Full:
-            self.dropped += 1
+    # -- in the tick's thread ------------------------------------------------------------------------------------------
 
-    def close(self) -> None:
-        self._queue.put(None)
-        self._thread.join(timeout=1.0)
+    def watched(self) -> list[SnapshotStream]:
+        """The streams that somebody listens to."""
+        # a copy is one step of the interpreter, so no lock is needed that a service might be holding
+        return [stream for stream in tuple(self._streams.values()) if stream.publisher.listeners]
+
+    def post(self, streams: list[SnapshotStream], note: TreeNote, series: TickSeries, now_s: float) -> None:
+        """Hand the note to those of the streams that are due."""
+        for stream in streams:
+            if stream.due(now_s, note.changed):
+                stream.post(note, series)
+                self._worker.wake(stream)
 
     # -- services, in the executor's thread ----------------------------------------------------------------------------
 
     def _open(self, request: Any, response: Any) -> Any:
-        name = request.topic_name
-        if not name:
-            name = f"~/snapshot_streams/_snapshots_{self._count}"
-            self._count += 1
-        elif not name.startswith(("/", "~")):
-            name = f"~/snapshot_streams/{name}"
+        name = snapshot_topic(request.topic_name, self._count)
+        self._count += not request.topic_name
         response.topic_name = self._add(name, request.parameters)
         return response
 
     def _close(self, request: Any, response: Any) -> Any:
-        with self._lock:
-            stream = self._streams.pop(request.topic_name, None)
+        stream = self._streams.pop(request.topic_name, None)
         response.result = stream is not None
         if stream is not None:
-            stream.close()
+            self._worker.forget(stream)
+            stream.publisher.close()
             log.info("closed snapshot stream %s", stream.topic)
         return response
 
     def _reconfigure(self, request: Any, response: Any) -> Any:
-        with self._lock:
-            stream = self._streams.get(request.topic_name)
-            if stream is not None:
-                stream.parameters = request.parameters
+        stream = self._streams.get(request.topic_name)
+        if stream is not None:
+            stream.parameters = request.parameters
         response.result = stream is not None
         return response
 
     def _add(self, name: str, parameters: Any) -> str:
         topic: str = self._ros.node.resolve_topic_name(name)
-        with self._lock:
-            if topic in self._streams:
-                self._streams[topic].parameters = parameters
-                return topic
-        stream = _Stream(self._ros, topic, parameters)
-        with self._lock:
-            self._streams[topic] = stream
-        log.info("opened snapshot stream %s", topic)
+        if topic in self._streams:
+            self._streams[topic].parameters = parameters
+        else:
+            publisher = StreamPublisher(self._ros, self._message_type, topic)
+            self._streams[topic] = SnapshotStream(publisher, parameters, self.shared)
+            log.info("opened snapshot stream %s", topic)
         return topic
-
-    # -- in the publishing thread --------------------------------------------------------------------------------------
-
-    def _publish_all(self) -> None:
-        while (item := self._queue.get()) is not None:
-            snapshot, streams, statistics = item
-            for stream in streams:
-                with self._lock:
-                    still_open = self._streams.get(stream.topic) is stream
-                if still_open:
-                    stream.publisher.publish(self._messages.tree(snapshot, stream.parameters, statistics))

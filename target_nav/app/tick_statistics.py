@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import statistics
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 WINDOW = 10
@@ -23,8 +24,23 @@ class TickStatistics:
     interval_variance_s2: float = 0.0
 
 
+@dataclass(frozen=True)
+class TickSeries:
+    """The last ticks' durations and intervals, as they were. Cheap to take; the statistics may be worked out later."""
+
+    count: int
+    stamp_s: float
+    durations_s: tuple[float, ...]
+    intervals_s: tuple[float, ...]
+
+    def statistics(self) -> TickStatistics:
+        if not self.count:
+            return TickStatistics()
+        return TickStatistics(self.count, self.stamp_s, *_three(self.durations_s), *_three(self.intervals_s))
+
+
 class TickMeter:
-    """`note` once a tick; `statistics` when somebody wants to know."""
+    """`note` once a tick; `series` or `statistics` when somebody wants to know."""
 
     def __init__(self) -> None:
         self._durations: deque[float] = deque(maxlen=WINDOW)
@@ -39,13 +55,14 @@ class TickMeter:
         self._last_s = begin_s
         self._count += 1
 
+    def series(self) -> TickSeries:
+        return TickSeries(self._count, self._last_s, tuple(self._durations), tuple(self._intervals))
+
     def statistics(self) -> TickStatistics:
-        if not self._count:
-            return TickStatistics()
-        return TickStatistics(self._count, self._last_s, *_three(self._durations), *_three(self._intervals))
+        return self.series().statistics()
 
 
-def _three(series: deque[float]) -> tuple[float, float, float]:
+def _three(series: Sequence[float]) -> tuple[float, float, float]:
     """Newest value, average, sample variance."""
     if not series:
         return 0.0, 0.0, 0.0

@@ -10,8 +10,11 @@ import contextlib
 import logging
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
+from target_nav.app.executor_services import ExecutorServices
+from target_nav.app.hot_reload import HotReload, ReloadMode
 from target_nav.app.nav_core import LoopStatistics, NavCore, Recorder
 from target_nav.app.nav_io import NavIo
 from target_nav.app.paths import REFERENCE_MISSION, mission_path
@@ -19,7 +22,7 @@ from target_nav.app.process import report_ready, run_process
 from target_nav.app.ros_parameters import config_from_parameters
 from target_nav.app.ros_support import RosNode
 from target_nav.app.settings import add_config_arguments, config_from, parse_arguments
-from target_nav.app.snapshot_streams import SnapshotStreams
+from target_nav.app.tree_streams import TreeStreams
 from target_nav.config import Config
 from target_nav.mission import LoadedMission, load_mission
 from target_nav.state.types import Command, CommandKind
@@ -37,9 +40,27 @@ def main() -> None:
     parser.add_argument("--mission", default=REFERENCE_MISSION, help="mission file, or a name in trees/")
     parser.add_argument("--record", metavar="FILE", type=Path, help="record every tick into an MCAP file")
     parser.add_argument("--go", action="store_true", help="begin at once, without waiting for GO")
+    parser.add_argument(
+        "--reload",
+        choices=[mode.value for mode in ReloadMode],
+        default=ReloadMode.STILL.value,
+        help="take a changed mission file when the robot holds still (default), or only when told to",
+    )
     add_config_arguments(parser)
     arguments = parse_arguments(parser)
     sys.exit(run_process("nav", lambda: _run(arguments)))
+
+
+@dataclass(frozen=True)
+class _Loop:
+    """What one turn of the loop calls."""
+
+    ros: RosNode
+    io: NavIo
+    core: NavCore
+    streams: TreeStreams
+    reload: HotReload
+    services: ExecutorServices
 
 
 def _run(arguments: argparse.Namespace) -> None:
@@ -55,8 +76,12 @@ def _run(arguments: argparse.Namespace) -> None:
         recorder = stack.enter_context(_recorder(arguments.record, config, mission))
         core = NavCore(config, mission.root, io, io, recorder)
         stack.callback(core.close)
-        streams = SnapshotStreams(ros, mission.root)
+        streams = TreeStreams(ros, mission.root)
         stack.callback(streams.close)
+        reload = HotReload(mission, core, streams.replace_tree, ReloadMode(arguments.reload))
+        stack.callback(reload.close)
+        services = ExecutorServices(ros, reload.checker.problems)
+        _start_groot_monitor(stack, ros, core, mission, streams, services)
         if arguments.go:
             io.inject(Command(ros.clock.now_s(), CommandKind.GO))
         ros.start()
@@ -64,10 +89,37 @@ def _run(arguments: argparse.Namespace) -> None:
         io.stop_wheels()
         report_ready()
         log.info("mission %s (%s), %g Hz", mission.main_tree, mission.path, config.loop.rate_hz)
-        _loop(ros, core, streams, config)
+        _loop(_Loop(ros, io, core, streams, reload, services), config)
 
 
-def _loop(ros: RosNode, core: NavCore, streams: SnapshotStreams, config: Config) -> None:
+def _start_groot_monitor(
+    stack: contextlib.ExitStack,
+    ros: RosNode,
+    core: NavCore,
+    mission: LoadedMission,
+    streams: TreeStreams,
+    services: ExecutorServices,
+) -> None:
+    """Groot2's live monitor, if the parameter `groot_port` gives it a port."""
+    port = ros.node.declare_parameter("groot_port", 0).value
+    if not port:
+        return
+    # ZeroMQ is an extra: a robot that nobody looks at with Groot2 does without
+    from target_nav.app.groot_monitor import GrootMonitor
+
+    def hold(held: bool) -> None:
+        core.held = held
+
+    def pause() -> None:
+        services.put(CommandKind.PAUSE)
+
+    monitor = GrootMonitor(mission.root, mission.path, port, hold, pause)
+    stack.callback(monitor.close)
+    streams.add(monitor)
+
+
+def _loop(parts: _Loop, config: Config) -> None:
+    ros, core = parts.ros, parts.core
     for grant in request_soft_realtime(nice=-5):
         log.info("%s", grant)
     rate = RateKeeper(config.loop.rate_hz)
@@ -75,8 +127,11 @@ def _loop(ros: RosNode, core: NavCore, streams: SnapshotStreams, config: Config)
     next_statistics_s = next_report_s = 0.0
     while not ros.stop.requested:
         now_s = rate.wait()
-        core.tick(now_s, loop)
-        streams.after_tick(now_s, ros.clock.now_s())
+        for command in parts.services.take():
+            parts.io.inject(command)
+        record = core.tick(now_s, loop)
+        parts.streams.after_tick(now_s, ros.clock.now_s())
+        parts.reload.after_tick(record)
         ros.check()
         if now_s >= next_statistics_s:
             statistics = rate.statistics()

@@ -8,6 +8,7 @@ where it was, less and less surely the farther the robot drives, until it counts
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from target_nav.config import Config
 from target_nav.nav.lidar_clusters import PolarView, polar_view, target_fixes
@@ -65,6 +66,10 @@ class TargetTracker:
         self._frame_stamp_s = -math.inf
         self._scan_stamp_s = -math.inf
         self._view: PolarView | None = None
+
+    def forget_near(self, places_m: Sequence[tuple[float, float]], radius_m: float) -> None:
+        """Forget the targets that are so near to one of the places, in odom."""
+        self._candidates.forget_near(places_m, radius_m)
 
     def update(
         self,

@@ -104,6 +104,16 @@ class CandidateSet:
             if self._chosen is not None and self._chosen not in self.candidates:
                 self._chosen = None
 
+    def forget_near(self, places_m: Sequence[tuple[float, float]], radius_m: float) -> None:
+        """Drop every candidate that is so near to one of the places, in odom."""
+        self.candidates = [
+            c
+            for c in self.candidates
+            if all(math.dist((c.filter.x_m, c.filter.y_m), place) >= radius_m for place in places_m)
+        ]
+        if self._chosen is not None and self._chosen not in self.candidates:
+            self._chosen = None
+
     def choose(self, now_s: float, robot: Pose2D) -> Candidate | None:
         """The candidate that is meant, or None. Confirmed ones first; while there is none, the most often seen."""
         confirmed = [candidate for candidate in self.candidates if candidate.confirmed]

@@ -65,10 +65,25 @@ DETECTIONS = Key(
     True,
 )
 TRACK = Key(
-    "/target/track", Track, "m", "nav loop", ("*motion", "TargetTracked"), "None: there is no track", True
+    "/target/track",
+    Track,
+    "m",
+    "nav loop",
+    ("*motion", "TargetTracked", "MarkVisited"),
+    "None: there is no track",
+    True,
 )
 SPEC = Key(
     "/target/spec", TargetSpec, "m", "SetTarget", ("nav loop", "*motion"), "what the mission looks for"
+)
+VISITED = Key(
+    "/target/visited",
+    tuple,
+    "m",
+    "MarkVisited",
+    ("nav loop",),
+    "places (x, y) in odom of targets that no longer count; GO forgets them",
+    True,
 )
 REQUEST = Key(
     "/motion/request", MotionRequest, "m/s, rad/s", "*motion", ("nav loop",), "what the wheels shall do", True
@@ -78,5 +93,5 @@ CONFIG = Key("/config", Config, "", "nav loop", ("*motion", "InputsFresh"), "the
 
 ALL: tuple[Key, ...] = (
     NOW_S, DT_S, REQUESTED, SCAN_AGE_S, ODOM_AGE_S, CAMERA_AGE_S, POSE, TWIST, OBSTACLES, DETECTIONS, TRACK, SPEC,
-    REQUEST, OUTCOME, CONFIG,
+    VISITED, REQUEST, OUTCOME, CONFIG,
 )  # fmt: skip

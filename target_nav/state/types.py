@@ -212,6 +212,10 @@ class CommandKind(IntEnum):
     RESET_ODOM = 3
     PAUSE = 4
     RESUME = 5
+    STEP = 6
+    """One tick of the tree, then PAUSE."""
+    RELOAD = 7
+    """Take the mission's file as it is now, if it is right."""
 
 
 @dataclass(frozen=True)

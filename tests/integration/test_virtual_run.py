@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -66,12 +67,13 @@ def test_a_replay_of_another_mission_shows_where_they_part(
     recorded: tuple[Path, RunResult], tmp_path: Path
 ) -> None:
     path, _ = recorded
-    slower = tmp_path / "slower.xml"
-    text = MISSION.read_text(encoding="utf-8")
-    slower.write_text(
+    trees = Path(shutil.copytree(MISSION.parent, tmp_path / "trees"))
+    approach = trees / "subtrees" / "approach.xml"
+    text = approach.read_text(encoding="utf-8")
+    approach.write_text(
         text.replace("<NavigateToTarget ", '<NavigateToTarget speed_mps="0.08" '), encoding="utf-8"
     )
-    report = replay(path, slower, most=1)
+    report = replay(path, trees / MISSION.name, most=1)
     assert len(report.differences) == 1
     assert report.differences[0].what in {"sent", "requested"}
 

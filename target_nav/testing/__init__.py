@@ -1,0 +1,1 @@
+"""For those who test missions with pytest: scenario files are collected, and a fixture ticks missions from Python."""
