@@ -124,6 +124,7 @@ setup(
             "urdf_parser_py",
             # BehaviorTree.CPP itself with Python leaves: the oracle of the differential tests.
             "behaviortreepy>=0.1.4",
+            "xmlschema>=3.4",
             *GROOT,
             "colcon-common-extensions",
             "empy<4",
