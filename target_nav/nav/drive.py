@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from target_nav.config import Config
+from target_nav.nav.drive_step import Drive
 from target_nav.nav.footprint import FAR_M, Footprint
 from target_nav.nav.route import Route, RoutePlanner
 from target_nav.nav.route_memory import RouteMemory
@@ -41,22 +42,15 @@ _CREEP_MPS = 0.06
 
 
 @dataclass(frozen=True)
-class Drive:
-    """One step. `cost_to_go_m` is infinite when there is no way; `at_goal` when it stands on one of the spots."""
-
-    twist: Twist2D
-    cost_to_go_m: float
-    at_goal: bool
-    reason: str
-
-
-@dataclass(frozen=True)
 class _Leg:
     """Where to steer for now, in base_link; how far the last spot is (`FAR_M`: out of sight); the cost to it."""
 
     next_m: tuple[float, float]
     end_m: float
     cost_to_go_m: float
+
+
+__all__ = ["Drive", "Driver"]
 
 
 class Driver:
@@ -74,6 +68,11 @@ class Driver:
     def reach_m(self) -> float:
         """How far off the view is known to show obstacles."""
         return self._memory.reach_m
+
+    @property
+    def next_m(self) -> tuple[float, float] | None:
+        """Where it is heading for in odom; None without a way."""
+        return None if self.route is None else self.route.next_m
 
     @property
     def route(self) -> Route | None:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from target_nav.config import Config
+from target_nav.nav.arc_drive import ArcDriver
 from target_nav.nav.drive import Driver
 from target_nav.nav.guarded import GuardedSkill
 from target_nav.nav.progress import Progress
@@ -34,7 +35,8 @@ class GoToPoint(GuardedSkill):
         """
         self._place_m = (x_m, y_m)
         self._within_m, self._speed_mps, self._time_limit_s = within_m, speed_mps, time_limit_s
-        self._driver = Driver(config)
+        # a base that cannot strafe is driven in arcs
+        self._driver = ArcDriver(config) if config.robot.drive == "differential" else Driver(config)
         self._progress = Progress(standing_s=_STANDING_S, no_nearer_s=_NO_NEARER_S)
         self._recovery = Recovery(config, _ATTEMPTS)
         # driven to more closely than asked for, or it would stop right at the edge
@@ -70,8 +72,7 @@ class GoToPoint(GuardedSkill):
         if self._recovery.is_used_up:
             why = "no way" if math.isinf(drive.cost_to_go_m) else stalled
             return SkillStep(SkillStatus.FAILURE, STOP, f"stuck {away_m:.2f} m off: {why}")
-        route = self._driver.route
-        self._recovery.start(view, route.next_m if route is not None else None)
+        self._recovery.start(view, self._driver.next_m)
         self._driver.forget()
         self._progress.restart()
         return SkillStep(
