@@ -24,9 +24,9 @@ from target_nav.nav.speed import YawControl, braking_speed_mps, over_dead_band, 
 from target_nav.state.types import STOP, FloatArray, Twist2D
 from target_nav.utils.frames import points_to_parent
 
-_REPLAN_S = 0.15
-_FIELD_HALF_M, _FIELD_CELLS = 4.2, 60
-_NEAR_CELL_M = 0.04
+_REPLAN_S = 0.2
+_FIELD_HALF_M, _FIELD_CELLS = 3.6, 48
+_NEAR_CELL_M = 0.05
 _AT_GOAL_M = 0.06
 _COMFORT_M = 0.20
 _MARGIN_M, _MARGIN_S = 0.010, 0.02

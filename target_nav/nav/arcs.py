@@ -17,15 +17,15 @@ from target_nav.nav.footprint import Footprint
 from target_nav.nav.nearest_point import NearestPoint
 from target_nav.state.types import FloatArray, Pose2D, Twist2D
 
-STEP_S = 0.1
-STEPS = 13
-_FIRST_STEPS = 4
+STEP_S = 0.125
+STEPS = 10
+_FIRST_STEPS = 3
 """So long the first turning rate is held."""
 _DEAD_TIME_S = 0.06
 """Tick, command and drivetrain: so long the present motion goes on."""
-_SPEEDS = np.array([0.06, 0.12, 0.2, 0.3, 0.42, 0.55, 0.7, 0.85, 1.0])
-_FIRST = np.array([-1.0, -0.55, -0.3, -0.15, -0.06, 0.0, 0.06, 0.15, 0.3, 0.55, 1.0])
-_SECOND = np.array([-1.0, -0.4, 0.0, 0.4, 1.0])
+_SPEEDS = np.array([0.08, 0.18, 0.32, 0.5, 0.75, 1.0])
+_FIRST = np.array([-1.0, -0.5, -0.22, -0.08, 0.0, 0.08, 0.22, 0.5, 1.0])
+_SECOND = np.array([-0.7, 0.0, 0.7])
 _SPIN = np.array([-1.0, -0.4, 0.4, 1.0])
 _SIDEWAYS_MPS2 = 3.0
 """Centripetal acceleration: what wheels on a smooth floor hold."""
@@ -62,8 +62,9 @@ def roll_out(pose: Pose2D, twist: Twist2D, robot: RobotConfig, top_mps: float) -
     turn = robot.max_yaw_accel_radps2 * STEP_S
     for step in range(STEPS):
         rate = first if step < _FIRST_STEPS else second
-        next_v = v + np.clip(speed - v, -slower, faster)
-        next_w = w + np.clip(rate - w, -turn, turn)
+        # np.clip costs three times as much on arrays of this size
+        next_v = np.minimum(np.maximum(speed, v - slower), v + faster)
+        next_w = np.minimum(np.maximum(rate, w - turn), w + turn)
         length = 0.5 * STEP_S * (v + next_v)
         bend = 0.5 * STEP_S * (w + next_w)
         heading = yaw + 0.5 * bend

@@ -47,8 +47,8 @@ class CostField:
     ) -> None:
         """`points_m` (N, 2) and `goals_m` (M, 3: x, y, extra cost) are in odom.
 
-        `fits_m` < `turns_m` < `comfort_m` are distances from the body's middle to the nearest point: it fits lengthways,
-        it can turn on the spot, it has room. Goals outside of the window are stood for by its rim.
+        `fits_m` < `turns_m` < `comfort_m` are distances from the body's middle to the nearest point: it fits
+        lengthways, it can turn on the spot, it has room. Goals outside of the window are stood for by its rim.
         """
         self._near = NearestPoint(points_m, robot_m, half_m, cell_m)
         self._cell_m, self._side = cell_m, self._near.side

@@ -51,9 +51,10 @@ class NearestPoint:
         """Column and row in the arrays; what is outside lands in the rim."""
         column = np.rint((x_m - self._origin[0]) * (1.0 / self._cell_m)).astype(np.intp) + 1
         row = np.rint((y_m - self._origin[1]) * (1.0 / self._cell_m)).astype(np.intp) + 1
-        np.clip(column, 0, self._last, out=column)
-        np.clip(row, 0, self._last, out=row)
-        return column, row
+        return (
+            np.minimum(np.maximum(column, 0), self._last),
+            np.minimum(np.maximum(row, 0), self._last),
+        )
 
     def centres(self) -> tuple[FloatArray, FloatArray]:
         """x and y of each cell's middle, rim included, shape (side + 2, side + 2)."""

@@ -18,6 +18,7 @@ from target_nav.sim.arena_types import (
     PlacedObject,
     WallObstacle,
 )
+from target_nav.sim.barn import BarnName, named_barn_arena
 from target_nav.sim.generator import GeneratedName, generate_arena
 
 __all__ = [
@@ -42,13 +43,17 @@ DEFAULT_CONFIG = Config()
 
 
 def load_arena(path_or_name: str | Path, config: Config = DEFAULT_CONFIG) -> Arena:
-    """The arena of a file, of a name from `list_arenas`, or `generated_<seed>_<number>`, which is made anew.
+    """The arena of a file, or of a name from `list_arenas`. A file's `profile` is applied to `config`.
 
-    A file's `profile` is applied to `config`.
+    `generated_<seed>_<number>` is made anew. `barn:<robot>:<index>:<folder>` is a world of the BARN set, with that
+    robot's own configuration.
 
     Raises:
         ConfigError: one line `file:line: error: what, value, limit, what to do` for each thing that is wrong.
     """
+    barn = BarnName.parse(str(path_or_name))
+    if barn is not None:
+        return named_barn_arena(barn)
     generated = GeneratedName.parse(str(path_or_name))
     if generated is not None and not Path(path_or_name).exists():
         return generate_arena(generated, config)
