@@ -94,6 +94,7 @@ setup(
         "numpy>=1.24",
         "opencv-python-headless>=4.6",
         "filterpy>=1.4.5",
+        "scipy>=1.10",
         "pyserial>=3.5",
         "py_trees>=2.6,<2.7",
         "PyYAML>=6",

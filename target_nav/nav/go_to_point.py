@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from target_nav.config import Config
-from target_nav.nav.arc_drive import ArcDriver
 from target_nav.nav.drive import Driver
 from target_nav.nav.guarded import GuardedSkill
 from target_nav.nav.progress import Progress
 from target_nav.nav.recovery import Recovery
 from target_nav.nav.skill import SkillStatus, SkillStep, View
 from target_nav.state.types import STOP, FloatArray
+
+if TYPE_CHECKING:
+    from target_nav.nav.arc_drive import ArcDriver
 
 _STANDING_S, _NO_NEARER_S = 4.0, 25.0
 _ATTEMPTS = 3
@@ -35,8 +38,7 @@ class GoToPoint(GuardedSkill):
         """
         self._place_m = (x_m, y_m)
         self._within_m, self._speed_mps, self._time_limit_s = within_m, speed_mps, time_limit_s
-        # a base that cannot strafe is driven in arcs
-        self._driver = ArcDriver(config) if config.robot.drive == "differential" else Driver(config)
+        self._driver = _driver_for(config)
         self._progress = Progress(standing_s=_STANDING_S, no_nearer_s=_NO_NEARER_S)
         self._recovery = Recovery(config, _ATTEMPTS)
         # driven to more closely than asked for, or it would stop right at the edge
@@ -78,3 +80,13 @@ class GoToPoint(GuardedSkill):
         return SkillStep(
             SkillStatus.RUNNING, STOP, f"{stalled}: recovery {self._recovery.used} of {_ATTEMPTS}"
         )
+
+
+def _driver_for(config: Config) -> Driver | ArcDriver:
+    """A base that cannot strafe is driven in arcs."""
+    if config.robot.drive != "differential":
+        return Driver(config)
+    # brings in scipy, which the other kind of base does not need
+    from target_nav.nav.arc_drive import ArcDriver
+
+    return ArcDriver(config)
