@@ -78,6 +78,7 @@ class LidarConfig:
     noise_scale: float = quantity(1.0, "1", 0.0, 10.0, "simulator: factor on the measured noise")
     dropout_scale: float = quantity(1.0, "1", 0.0, 3.0, "simulator: factor on the measured drop-outs")
     lost_scan_probability: float = quantity(0.01, "1", 0.0, 1.0, "simulator: a whole turn is lost")
+    range_offset_m: float = quantity(0.0, "m", -0.1, 0.1, "simulator: every range is too long by this")
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,9 @@ class CameraConfig:
     false_rate: float = quantity(0.02, "1/frame", 0.0, 1.0, "simulator: false boxes a frame")
     mount_error_rad: float = quantity(
         0.008, "rad", -0.2, 0.2, "simulator: constant bearing error (measured <= 0.8 deg)"
+    )
+    focal_error: float = quantity(
+        0.0, "1", -0.2, 0.2, "simulator: the true focal length is longer by this share (measured <= 4.4 %)"
     )
     max_range_m: float = quantity(
         4.0, "m", 0.2, 50.0, "simulator: beyond it the target is too small to be found"

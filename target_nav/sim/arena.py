@@ -18,6 +18,7 @@ from target_nav.sim.arena_types import (
     PlacedObject,
     WallObstacle,
 )
+from target_nav.sim.generator import GeneratedName, generate_arena
 
 __all__ = [
     "ARENA_FOLDER",
@@ -41,11 +42,16 @@ DEFAULT_CONFIG = Config()
 
 
 def load_arena(path_or_name: str | Path, config: Config = DEFAULT_CONFIG) -> Arena:
-    """The arena of a file, or of a name from `list_arenas`. Its `profile` is applied to `config`.
+    """The arena of a file, of a name from `list_arenas`, or `generated_<seed>_<number>`, which is made anew.
+
+    A file's `profile` is applied to `config`.
 
     Raises:
         ConfigError: one line `file:line: error: what, value, limit, what to do` for each thing that is wrong.
     """
+    generated = GeneratedName.parse(str(path_or_name))
+    if generated is not None and not Path(path_or_name).exists():
+        return generate_arena(generated, config)
     return read_arena(arena_path(path_or_name), config, known=tuple(list_arenas()))
 
 

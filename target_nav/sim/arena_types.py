@@ -88,6 +88,9 @@ class Arena:
     config: Config = field(default_factory=Config)
     time_limit_s: float = 120.0
     expect: str = ARRIVED
+    kind: str = ""
+    """What it is an example of, and how hard it is from 1 on: campaigns count by these. Empty and 0: by its name."""
+    level: int = 0
 
     @property
     def objects(self) -> tuple[PlacedObject, ...]:
