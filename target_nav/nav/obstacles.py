@@ -81,7 +81,7 @@ class ObstacleMemory:
     def points_in_base(self, pose_in_odom: Pose2D, track: Track | None, spec: TargetSpec) -> FloatArray:
         """Obstacle points in base_link, shape (N, 2), out to `memory_radius_m` from base_link.
 
-        That is farther than avoidance looks: a route round a trap, and what a search has seen, need the walls of a room.
+        That is farther than avoidance looks: routes out of traps and searches need the walls of a room.
 
         Left out: what is inside the footprint, and the points of the confirmed target, which lie within its radius
         and what its position is uncertain by (`lidar_range_gate_m` at most), so that a box beside it stays.
