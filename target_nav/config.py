@@ -206,11 +206,11 @@ class ApproachConfig:
 @dataclass(frozen=True)
 class SearchConfig:
     time_limit_s: float = quantity(30.0, "s", 1.0, 600.0, "searching by turning gives up (reference)")
-    yaw_rate_radps: float = quantity(0.5, "rad/s", 0.05, 3.0, "turning while searching")
+    yaw_rate_radps: float = quantity(0.8, "rad/s", 0.05, 3.0, "turning while searching: 13 frames a picture")
     spiral_time_limit_s: float = quantity(90.0, "s", 1.0, 3600.0, "spiral search gives up")
     spiral_spacing_m: float = quantity(0.8, "m", 0.1, 5.0, "distance of one turn of the spiral to the next")
     spiral_radius_m: float = quantity(4.0, "m", 0.2, 20.0, "how far out the spiral goes")
-    spiral_speed_mps: float = quantity(0.20, "m/s", 0.02, 2.0, "speed along the spiral")
+    spiral_speed_mps: float = quantity(0.25, "m/s", 0.02, 2.0, "speed along the spiral")
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from target_nav.config import CameraConfig
 from target_nav.state.types import FloatArray, Pose2D
 
 _CELL_M = 0.1
-_HALF = 70
+_HALF = 120
 _SIDE = 2 * _HALF + 1
 _LOOKS = 3
 """So many updates must have a cell in view before it counts as seen: one frame may miss the target."""
@@ -54,7 +54,7 @@ class Coverage:
         self._reach_m = math.inf
 
     @property
-    def _sure_m(self) -> float:
+    def sure_m(self) -> float:
         """So far off something counts as seen: near enough for the camera, and for obstacles to be known."""
         return min(self._range_m, self._reach_m)
 
@@ -64,16 +64,15 @@ class Coverage:
         self._range_m = range_m
 
     def update(self, pose_in_odom: Pose2D, points_in_odom_m: FloatArray, reach_m: float) -> None:
-        """Take in obstacles, and what the camera sees from here; a few times a second.
+        """Take in the obstacles that are known by now, and what the camera sees from here; a few times a second.
 
         Beyond `reach_m` obstacles are not known, so nothing there counts as seen or as free.
         """
-        if len(points_in_odom_m):
-            self._block(points_in_odom_m)
+        self._block(points_in_odom_m)
         self._reach_m = reach_m
         here = np.array([[pose_in_odom.x_m, pose_in_odom.y_m]])
         angles = self._view_angles + pose_in_odom.yaw_rad + self._camera_yaw_rad
-        rows, columns, sees = self._rays(here, angles, _RAY_STEP_M, self._sure_m)
+        rows, columns, sees = self._rays(here, angles, _RAY_STEP_M, self.sure_m)
         seen_rows, seen_columns = rows[sees], columns[sees]
         looks = self._looks[seen_rows, seen_columns]
         self._looks[seen_rows, seen_columns] = np.minimum(looks + 1, _LOOKS)
@@ -84,7 +83,7 @@ class Coverage:
         """Everything in sight from here counts as seen: it was looked round as far as it was worth it."""
         here = np.array([[pose_in_odom.x_m, pose_in_odom.y_m]])
         all_round = np.arange(-math.pi, math.pi, _VIEW_RAY_RAD)
-        rows, columns, sees = self._rays(here, all_round, _RAY_STEP_M, self._sure_m)
+        rows, columns, sees = self._rays(here, all_round, _RAY_STEP_M, self.sure_m)
         self._looks[rows[sees], columns[sees]] = _LOOKS
 
     def is_known_free(self, spots_m: FloatArray) -> NDArray[np.bool_]:
@@ -95,18 +94,17 @@ class Coverage:
 
     def unseen_by_ray_m2(self, spots_m: FloatArray) -> FloatArray:
         """Unseen area that would be seen from each spot, by direction, shape (K, rays). `spots_m` is (K, 2)."""
-        rows, columns, sees = self._rays(spots_m, self.ray_angles_rad, _GAIN_STEP_M, self._sure_m)
+        rows, columns, sees = self._rays(spots_m, self.ray_angles_rad, _GAIN_STEP_M, self.sure_m)
         unseen = sees & (self._looks[rows, columns] < _LOOKS)
         radius = _NEAREST_M + np.arange(rows.shape[2]) * _GAIN_STEP_M
         area: FloatArray = (unseen * radius).sum(axis=2) * (_GAIN_STEP_M * 2.0 * math.pi / _GAIN_RAYS)
         return area
 
     def _block(self, points_m: FloatArray) -> None:
-        rows, columns = self._cells(points_m)
-        fresh = ~self._blocked[rows, columns]
-        if not fresh.any():
-            return
-        self._blocked[rows[fresh], columns[fresh]] = True
+        self._blocked[:] = False
+        if len(points_m):
+            rows, columns = self._cells(points_m)
+            self._blocked[rows, columns] = True
         shade = self._blocked.copy()
         # Walls are seen as single points, and a ray slips between two cells that touch at a corner: two by two cells
         # close such gaps. More would hide the very shadows that a search is for.

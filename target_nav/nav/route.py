@@ -1,7 +1,7 @@
 """A way round what is known: a small cost-to-go plan over obstacle points, and the next point to steer for.
 
 VFH alone is trapped by a box that is wider than its look-ahead and cannot prefer one side to the other for good. This
-planner looks eight metres across, several times a second, and hands the avoidance a point that it can see.
+planner looks sixteen metres across, several times a second, and hands the avoidance a point that it can see.
 Everything is in odom; the grid is centred on the robot anew for each plan.
 """
 
@@ -15,18 +15,23 @@ from numpy.typing import NDArray
 
 from target_nav.config import Config
 from target_nav.nav.footprint import Footprint
-from target_nav.nav.wavefront import dilate, inner, spread, to_bits, to_grid
+from target_nav.nav.lidar_noise import range_sigma_m
+from target_nav.nav.wavefront import dilate, discs, inner, spread, to_bits, to_grid
 from target_nav.state.types import FloatArray
 
 CELL_M = 0.05
-_SIDE = 161
+_SIDE = 321
 _HALF = _SIDE // 2
 _CENTRE = _HALF * _SIDE + _HALF
 _NEAR_SPOT_CELLS = 4
+_BAND_CELLS = 8
+"""Ways to many spots are only compared, so 0.4 m is fine enough."""
 _COMFORT_M = 0.12
 """Wider than the turning body by this: keeping it costs nothing, less costs double."""
 _FREE, _NEAR, _TIGHT = 1, 2, 5
 """Cost of a cell: free; the body can turn there; it only fits with its front along the way."""
+_DOUBT_SIGMAS, _MOST_DOUBT_M = 2.0, 0.04
+"""Benefit of the doubt for a gap that is seen from afar."""
 _LOST_TO_CELLS_M = 0.5 * CELL_M
 """A point may lie half a cell from its cell's centre."""
 _START_M = 0.30
@@ -62,7 +67,7 @@ class RoutePlanner:
 
     def __init__(self, config: Config) -> None:
         body = Footprint.of(config.robot)
-        self._fits_m = config.robot.half_width_m + config.avoid.stop_clearance_m + _LOST_TO_CELLS_M
+        self._fits_m = config.robot.half_width_m + config.avoid.stop_clearance_m
         self._turns_m = body.circumscribed_radius_m + config.avoid.margin_m + _LOST_TO_CELLS_M
         self._comfort_m = self._turns_m + _COMFORT_M
         self._pad = math.ceil(self._comfort_m / CELL_M) + 1
@@ -111,45 +116,53 @@ class RoutePlanner:
     def costs_to(
         self, points_in_odom_m: FloatArray, start_m: tuple[float, float], spots_m: FloatArray, limit_m: float
     ) -> FloatArray:
-        """What it costs to come near to each spot, shape (K,) for (K, 2); infinite if there is no way."""
+        """What it costs to come near to each spot, shape (K,) for (K, 2); infinite if there is no way.
+
+        Of a spot outside the window nothing is known: it costs `limit_m`.
+        """
         start = np.array(start_m)
         steps, _ = self._costs(points_in_odom_m - start if len(points_in_odom_m) else points_in_odom_m)
         wave, _ = spread(_SIDE, steps, [(0, 1 << _CENTRE)], 0, int(limit_m / CELL_M))
         index = _cells(spots_m - start)
         inside = _within(index, self._pad)
-        regions = [
-            _window(column, row, _NEAR_SPOT_CELLS) if known else 0
-            for (column, row), known in zip(index.tolist(), inside.tolist())
-        ]
-        costs = wave.costs_of(regions)
-        return np.array([math.inf if cost is None else cost * CELL_M for cost in costs])
+        costs = np.full(len(spots_m), limit_m)
+        near = wave.costs_near(index[inside, 1], index[inside, 0], _NEAR_SPOT_CELLS, _BAND_CELLS)
+        costs[inside] = np.where(near >= 0, near * CELL_M, math.inf)
+        return costs
 
     def _costs(self, points_m: FloatArray) -> tuple[list[tuple[int, int]], NDArray[np.uint8]]:
         """The grid's cost classes as bits and as numbers (0: blocked), for points relative to the robot."""
         occupied = np.zeros((_SIDE, _SIDE), dtype=np.bool_)
         nearest_m = math.inf
+        near = points_m
         if len(points_m):
             near = points_m[np.abs(points_m).max(axis=1) < self._window_m]
             index = _cells(near)
             occupied[index[:, 1], index[:, 0]] = True
             nearest_m = float(np.hypot(points_m[:, 0], points_m[:, 1]).min())
-        radii = [self._fits_m, self._turns_m, self._comfort_m]
+        radii = [self._turns_m, self._comfort_m]
         inside = nearest_m < self._fits_m + CELL_M
         if inside:
             radii.append(nearest_m - 2.0 * CELL_M)
         grown = dilate(to_bits(occupied), _SIDE, [radius / CELL_M for radius in radii])
-        blocked = grown[0]
+        blocked = to_bits(discs(near / CELL_M + _HALF, self._radii_m(near) / CELL_M, _SIDE))
         if inside:
             about = dilate(1 << (_HALF * _SIDE + _HALF), _SIDE, [_START_M / CELL_M])[0]
-            blocked &= ~(about & ~grown[3])
-        free = self._inner & ~grown[2] & ~blocked
-        near_bits = grown[2] & ~grown[1] & ~blocked & self._inner
-        tight = grown[1] & ~blocked & self._inner
+            blocked &= ~(about & ~grown[2])
+        free = self._inner & ~grown[1] & ~blocked
+        near_bits = grown[1] & ~grown[0] & ~blocked & self._inner
+        tight = grown[0] & ~blocked & self._inner
         steps = [(_FREE, free), (_NEAR, near_bits), (_TIGHT, tight)]
         grid = np.zeros((_SIDE, _SIDE), dtype=np.uint8)
         for cost, cells in steps:
             grid[to_grid(cells, _SIDE)] = cost
         return steps, grid
+
+    def _radii_m(self, points_m: FloatArray) -> FloatArray:
+        """How near to each point base_link may come, shape (N,), for points relative to the robot."""
+        # Noise makes a far gap look narrower than it is. Going nearer shows; closing it for that would be for good.
+        doubt = _DOUBT_SIGMAS * range_sigma_m(np.hypot(points_m[:, 0], points_m[:, 1]))
+        return np.asarray(self._fits_m - np.minimum(doubt, _MOST_DOUBT_M))
 
     def _goal_bits(self, goals_m: FloatArray, start: FloatArray) -> list[tuple[int, int]]:
         """Goals as (extra cost, cells)."""

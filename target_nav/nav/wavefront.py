@@ -15,7 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from target_nav.state.types import FloatArray
+
 BoolGrid = NDArray[np.bool_]
+_NEVER = int(np.iinfo(np.int64).max)
 
 
 def to_bits(grid: BoolGrid) -> int:
@@ -55,6 +58,25 @@ def dilate(bits: int, side: int, radii_cells: Sequence[float]) -> list[int]:
     return grown
 
 
+def discs(centres_cells: FloatArray, radii_cells: FloatArray, side: int) -> BoolGrid:
+    """Cells whose middle lies within a radius of a point, shape (side, side); points (N, 2) as column, row, in cells.
+
+    Unlike `dilate`, points need not lie in the middle of a cell: a gap is as wide as it is, however the grid lies.
+    """
+    grid: BoolGrid = np.zeros(side * side, dtype=np.bool_)
+    if len(centres_cells):
+        reach = math.ceil(float(radii_cells.max()))
+        steps = np.arange(-reach, reach + 1)
+        middle = np.rint(centres_cells)
+        across2, down2 = ((steps - (centres_cells - middle)[:, axis, None]) ** 2 for axis in (0, 1))
+        inside = down2[:, :, None] + across2[:, None, :] <= (radii_cells**2)[:, None, None]
+        columns, rows = (middle[:, axis, None] + steps for axis in (0, 1))
+        inside &= ((rows >= 0) & (rows < side))[:, :, None] & ((columns >= 0) & (columns < side))[:, None, :]
+        cells = (rows * side)[:, :, None] + columns[:, None, :]
+        grid[cells[inside].astype(np.intp)] = True
+    return grid.reshape(side, side)
+
+
 @dataclass(frozen=True)
 class Wave:
     """A finished search: `fronts[cost]` are the cells that are `cost` steps away from the nearest goal."""
@@ -68,18 +90,36 @@ class Wave:
         """Cost of the last front: that of the cell the search ran until."""
         return len(self.fronts) - 1
 
-    def costs_of(self, regions: Sequence[int]) -> list[int | None]:
-        """The lowest cost of any cell of each region; None for one that was not reached."""
-        costs: list[int | None] = [None] * len(regions)
-        left = 0
-        for cells in regions:
-            left |= cells
-        for cost, front in enumerate(self.fronts):
-            if front & left:
-                for index, cells in enumerate(regions):
-                    if costs[index] is None and front & cells:
-                        costs[index] = cost
-        return costs
+    def costs_near(
+        self, rows: NDArray[np.intp], columns: NDArray[np.intp], reach: int, band: int = 1
+    ) -> NDArray[np.int64]:
+        """The lowest cost within `reach` cells of each cell; -1 where the wave did not come.
+
+        Rounded up to a multiple of `band` less one, which is quicker.
+        """
+        costs = self.costs(band)
+        nearest = np.full(len(rows), _NEVER)
+        steps = range(-reach, reach + 1)
+        for down in steps:
+            for across in steps:
+                row = np.clip(rows + down, 0, self.side - 1)
+                np.minimum(nearest, costs[row, np.clip(columns + across, 0, self.side - 1)], out=nearest)
+        return np.where(nearest == _NEVER, -1, nearest)
+
+    def costs(self, band: int = 1) -> NDArray[np.int64]:
+        """Cost of each cell, row by column; the largest whole number where the wave did not come."""
+        grid = np.full((self.side, self.side), _NEVER)
+        flat = grid.reshape(-1)
+        for begin in range(0, len(self.fronts), band):
+            cells = 0
+            for front in self.fronts[begin : begin + band]:
+                cells |= front
+            if cells:
+                first = ((cells & -cells).bit_length() - 1) // 8
+                raw = (cells >> (8 * first)).to_bytes((cells.bit_length() + 7) // 8 - first, "little")
+                bits = np.unpackbits(np.frombuffer(raw, dtype=np.uint8), bitorder="little")
+                flat[np.flatnonzero(bits) + 8 * first] = begin + band - 1
+        return grid
 
     def descend(self, cell: int) -> list[int]:
         """Cells from `cell` (where the wave ended) down to a goal, both included; straight on where it can choose."""
