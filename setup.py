@@ -80,7 +80,7 @@ setup(
     python_requires=">=3.10,<3.14",
     packages=find_packages(include=[NAME, f"{NAME}.*", "behaviours", "behaviours.*", "trees"]),
     package_data={
-        NAME: ["sim/arenas/*.yaml"],
+        NAME: ["sim/arenas/*.yaml", "sim/arenas/*/*.yaml"],
         "trees": ["*.xml", "*.yaml", "subtrees/*", "scenarios/*"],
     },
     data_files=[

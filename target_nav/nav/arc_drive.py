@@ -94,6 +94,7 @@ class ArcDriver:
         *,
         speed_mps: float,
         extra_points_m: FloatArray | None = None,
+        at_goal_m: float = _AT_GOAL_M,
     ) -> Drive:
         """One tick towards the goals: spots in odom, shape (M, 3): x, y, extra cost.
 
@@ -111,7 +112,7 @@ class ArcDriver:
         if field is None or not len(self._spots):
             return Drive(STOP, math.inf, False, "no way")
         end_m = float(np.hypot(self._spots[:, 0] - pose.x_m, self._spots[:, 1] - pose.y_m).min())
-        if end_m < _AT_GOAL_M:
+        if end_m < at_goal_m:
             return Drive(STOP, 0.0, True, "there")
         to_go_m = float(field.at(np.array([pose.x_m]), np.array([pose.y_m]))[0])
         if not field.has_way:

@@ -100,6 +100,7 @@ class Driver:
         face_top_radps: float = 0.8,
         straight_to_m: tuple[float, float] | None = None,
         extra_points_m: FloatArray | None = None,
+        at_goal_m: float = _AT_GOAL_M,
         limit_m: float = 15.0,
     ) -> Drive:
         """One tick towards the goals: spots in odom, shape (M, 3): x, y, extra cost.
@@ -113,7 +114,7 @@ class Driver:
         leg = self._leg(view, goals, straight_to_m, extra_points_m, limit_m)
         if leg is None:
             return Drive(self._look(view, face_rad), math.inf, False, "no way")
-        if leg.end_m < _AT_GOAL_M:
+        if leg.end_m < at_goal_m:
             return Drive(self._look(view, face_rad), 0.0, True, "there")
         if extra_points_m is not None and len(extra_points_m):
             points = np.vstack([points, extra_points_m])

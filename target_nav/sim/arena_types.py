@@ -14,6 +14,7 @@ ARRIVED = "arrived"
 NOT_FOUND = "not_found"
 ENDINGS = (ARRIVED, NOT_FOUND)
 
+AIM_SHARE = 0.4
 LEAST_WITHIN_M, MOST_WITHIN_M = 0.03, 5.0
 """What the configuration allows for `goal.within_m`."""
 
@@ -81,10 +82,10 @@ class Goal:
 def config_for_goal(config: Config, robot: Pose2D, goal: Goal) -> Config:
     """The configuration with the goal as the robot is told it: in odom, which begins where the robot stands.
 
-    Half of the radius is for what the robot aims at, the other half for what its odometry gets wrong.
+    It aims at a smaller circle than the one that counts: the rest is for what its odometry gets wrong.
     """
     x_m, y_m = to_child(robot, goal.x_m, goal.y_m)
-    within_m = min(max(0.5 * goal.radius_m, LEAST_WITHIN_M), MOST_WITHIN_M)
+    within_m = min(max(AIM_SHARE * goal.radius_m, LEAST_WITHIN_M), MOST_WITHIN_M)
     return config.override({"goal.x_m": x_m, "goal.y_m": y_m, "goal.within_m": within_m}, source="goal")
 
 

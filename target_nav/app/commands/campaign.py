@@ -25,7 +25,7 @@ from target_nav.app.paths import REFERENCE_MISSION, mission_path
 from target_nav.app.terminal import table_console
 from target_nav.config import Config
 from target_nav.mission import load_mission
-from target_nav.sim.arena import list_arenas, load_arena
+from target_nav.sim.arena import GROUPS, list_arenas, load_arena
 from target_nav.sim.arena_writer import write_arena
 from target_nav.sim.generator import GeneratedName
 
@@ -39,7 +39,7 @@ TOLD = 20
     "--arenas",
     "first_arena",
     metavar="PATH...",
-    help="Arena files, folders or names; default: all that are shipped.",
+    help="Arena files, folders or names, `complaints` or `goals`; default: all that are shipped.",
 )
 @click.argument("more_arenas", nargs=-1, metavar="")
 @click.option("--seeds", default=1, show_default=True, type=click.IntRange(1), help="Runs per arena.")
@@ -179,6 +179,9 @@ def _expand(given: list[str]) -> list[str]:
         return list_arenas()
     found: list[str] = []
     for item in given:
+        if item in GROUPS and not Path(item).exists():
+            found.extend(list_arenas(item))
+            continue
         path = Path(item)
         found.extend(str(p) for p in sorted(path.glob("*.yaml"))) if path.is_dir() else found.append(item)
     return found
