@@ -71,7 +71,7 @@ GOALS: dict[str, Claim] = {
     "goal_differential": good,
 }
 NOT_YET = {
-    "boxed_in": "the reference mission searches anew after each failed approach: over 300 s to say that there is no way",
+    "boxed_in": "after each failed approach the mission searches anew: over 300 s to say that there is no way",
 }
 
 
