@@ -15,6 +15,7 @@ import numpy as np
 from target_nav.config import Config
 from target_nav.nav.drive_step import Drive
 from target_nav.nav.footprint import FAR_M, Footprint
+from target_nav.nav.room import Room
 from target_nav.nav.route import Route, RoutePlanner
 from target_nav.nav.route_memory import RouteMemory
 from target_nav.nav.skill import View
@@ -38,6 +39,7 @@ _REACTION_S = 0.25
 _GENTLE = 0.4
 """Share of the braking limit that is planned with."""
 _TURN_FIRST_RAD = math.radians(40.0)
+_TURNS_RAD = math.radians(15.0)
 _CREEP_MPS = 0.06
 
 
@@ -62,6 +64,7 @@ class Driver:
         self._memory = RouteMemory(config.avoid.look_ahead_m, config.avoid.memory_radius_m)
         self._steering = BodySteering(config)
         self._yaw = YawControl(config.robot)
+        self._room = Room(config)
         self.reset()
 
     @property
@@ -123,7 +126,7 @@ class Driver:
             self._planned_s = min(self._planned_s, view.now_s - 0.5 * _REPLAN_S)
             return Drive(self._look(view, face_rad), leg.cost_to_go_m, False, "way blocked")
         top = self._speed(points, steering, speed_mps, leg.end_m)
-        twist = self._twist(view, steering, top, face_rad, face_top_radps)
+        twist = self._twist(view, points, steering, top, face_rad, face_top_radps)
         return Drive(
             twist, leg.cost_to_go_m, False, "turned along the way" if self._steering.along_the_way else ""
         )
@@ -208,7 +211,13 @@ class Driver:
         return top
 
     def _twist(
-        self, view: View, steering: Steering, top_mps: float, face_rad: float | None, face_top_radps: float
+        self,
+        view: View,
+        points: FloatArray,
+        steering: Steering,
+        top_mps: float,
+        face_rad: float | None,
+        face_top_radps: float,
     ) -> Twist2D:
         robot = self._config.robot
         direction = steering.direction_rad
@@ -223,6 +232,11 @@ class Driver:
         vx, vy = speed * math.cos(direction), speed * math.sin(direction)
         if not self._holonomic:
             vx, vy = max(vx, 0.0), 0.0
+        if self._steering.along_the_way and abs(direction) > _TURNS_RAD:
+            # In a bend a corner of the body would touch: make room for it.
+            away = self._room.for_turning(points)
+            if away != STOP:
+                vx, vy = away.vx_mps, away.vy_mps
         return within_limits(over_dead_band(Twist2D(vx, vy, wz), robot), robot)
 
     def _look(self, view: View, face_rad: float | None) -> Twist2D:

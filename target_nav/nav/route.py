@@ -28,8 +28,8 @@ _BAND_CELLS = 8
 """Ways to many spots are only compared, so 0.4 m is fine enough."""
 _COMFORT_M = 0.12
 """Wider than the turning body by this: keeping it costs nothing, less costs double."""
-_FREE, _NEAR, _TIGHT = 1, 2, 5
-"""Cost of a cell: free; the body can turn there; it only fits with its front along the way."""
+_FREE, _NEAR, _CLOSE, _TIGHT = 1, 2, 4, 8
+"""Cost of a cell: free; the body can turn there; it can just turn there; it only fits with its front along the way."""
 _DOUBT_SIGMAS, _MOST_DOUBT_M = 2.0, 0.04
 """Benefit of the doubt for a gap that is seen from afar."""
 _LOST_TO_CELLS_M = 0.5 * CELL_M
@@ -68,6 +68,7 @@ class RoutePlanner:
     def __init__(self, config: Config) -> None:
         body = Footprint.of(config.robot)
         self._fits_m = config.robot.half_width_m + config.avoid.stop_clearance_m
+        self._just_turns_m = body.circumscribed_radius_m + config.avoid.stop_clearance_m
         self._turns_m = body.circumscribed_radius_m + config.avoid.margin_m + _LOST_TO_CELLS_M
         self._comfort_m = self._turns_m + _COMFORT_M
         self._pad = math.ceil(self._comfort_m / CELL_M) + 1
@@ -145,24 +146,33 @@ class RoutePlanner:
         if inside:
             radii.append(nearest_m - 2.0 * CELL_M)
         grown = dilate(to_bits(occupied), _SIDE, [radius / CELL_M for radius in radii])
-        blocked = to_bits(discs(near / CELL_M + _HALF, self._radii_m(near) / CELL_M, _SIDE))
+        doubts_m = self._doubts_m(near)
+        blocked, close = (
+            to_bits(discs(near / CELL_M + _HALF, (radius_m - doubts_m) / CELL_M, _SIDE))
+            for radius_m in (self._fits_m, self._just_turns_m)
+        )
         if inside:
             about = dilate(1 << (_HALF * _SIDE + _HALF), _SIDE, [_START_M / CELL_M])[0]
             blocked &= ~(about & ~grown[2])
         free = self._inner & ~grown[1] & ~blocked
         near_bits = grown[1] & ~grown[0] & ~blocked & self._inner
-        tight = grown[0] & ~blocked & self._inner
-        steps = [(_FREE, free), (_NEAR, near_bits), (_TIGHT, tight)]
+        inside_bits = grown[0] & ~blocked & self._inner
+        steps = [
+            (_FREE, free),
+            (_NEAR, near_bits),
+            (_CLOSE, inside_bits & ~close),
+            (_TIGHT, inside_bits & close),
+        ]
         grid = np.zeros((_SIDE, _SIDE), dtype=np.uint8)
         for cost, cells in steps:
             grid[to_grid(cells, _SIDE)] = cost
         return steps, grid
 
-    def _radii_m(self, points_m: FloatArray) -> FloatArray:
-        """How near to each point base_link may come, shape (N,), for points relative to the robot."""
+    def _doubts_m(self, points_m: FloatArray) -> FloatArray:
+        """How much nearer to each point base_link may come than it should, shape (N,); points relative to the robot."""
         # Noise makes a far gap look narrower than it is. Going nearer shows; closing it for that would be for good.
-        doubt = _DOUBT_SIGMAS * range_sigma_m(np.hypot(points_m[:, 0], points_m[:, 1]))
-        return np.asarray(self._fits_m - np.minimum(doubt, _MOST_DOUBT_M))
+        sigma_m = range_sigma_m(np.hypot(points_m[:, 0], points_m[:, 1]))
+        return np.asarray(np.minimum(_DOUBT_SIGMAS * sigma_m, _MOST_DOUBT_M))
 
     def _goal_bits(self, goals_m: FloatArray, start: FloatArray) -> list[tuple[int, int]]:
         """Goals as (extra cost, cells)."""

@@ -50,7 +50,11 @@ class SpiralSearch(GuardedSkill):
     def __init__(
         self, config: Config, *, time_limit_s: float, radius_m: float, spacing_m: float, speed_mps: float
     ) -> None:
-        """Succeeds with a confirmed track seen just now; fails when all in reach was seen, or the time is over."""
+        """Succeeds with a confirmed track seen just now; fails when all in reach was seen, or the time is over.
+
+        Started again after it has found something, it goes on with what is left of floor and time: what it found was
+        something else, or was lost again. After all was seen it looks at everything anew.
+        """
         self._config = config
         self._time_limit_s = time_limit_s
         self._radius_m, self._spacing_m, self._speed_mps = radius_m, spacing_m, speed_mps
@@ -63,25 +67,33 @@ class SpiralSearch(GuardedSkill):
         self._range_m = min(_SURE_SHARE * config.camera.max_range_m, config.track.max_range_m)
         self._coverage = Coverage(config.camera, self._range_m)
         self._viewpoints = Viewpoints(self._coverage, self._driver, speed_mps, _FARTHEST_WAY_M)
+        self._all_was_seen = True
+        self._spent_s = self._way_m = 0.0
+        self._passed_over = self._visited = 0
         half_picture = config.camera.half_fov_rad - _EDGE_RAD
         around = np.abs(np.remainder(self._coverage.ray_angles_rad + math.pi, 2.0 * math.pi) - math.pi)
         self._window = np.fft.rfft(np.fft.ifftshift((around <= half_picture).astype(np.float64)))
 
     def _begin(self, view: View) -> None:
-        self._driver.forget()
         self._glimpse.reset()
         self._progress.begin()
-        self._coverage.begin(view.pose_in_odom)
-        self._coverage.look_again(self._range_m)
-        self._look = 0
-        self._started_s = view.now_s
+        self._driver.reset()
+        self._started_s = view.now_s - self._spent_s
         self._last_pose: Pose2D = view.pose_in_odom
-        self._way_m = 0.0
         self._looked_s = -math.inf
         self._gaze_in_odom_rad: float | None = None
         self._look_round_until_s: float | None = None
         self._no_way_since_s: float | None = None
-        self._passed_over = self._visited = 0
+        if self._all_was_seen:
+            self._begin_anew(view)
+        self._viewpoints.drop()
+
+    def _begin_anew(self, view: View) -> None:
+        self._all_was_seen = False
+        self._driver.forget()
+        self._coverage.begin(view.pose_in_odom)
+        self._coverage.look_again(self._range_m)
+        self._look = 0
         # The first way-point lies where there is most room.
         ahead_rad, _ = self._room.widest(view.obstacles_in_base_m, 0.0)
         begin = replace(view.pose_in_odom, yaw_rad=view.pose_in_odom.yaw_rad + ahead_rad)
@@ -94,7 +106,7 @@ class SpiralSearch(GuardedSkill):
         pose = view.pose_in_odom
         self._way_m += math.hypot(pose.x_m - self._last_pose.x_m, pose.y_m - self._last_pose.y_m)
         self._last_pose = pose
-        passed_s = view.now_s - self._started_s
+        passed_s = self._spent_s = view.now_s - self._started_s
         sight = self._glimpse.look(view)
         if sight is Sight.FOUND and view.track is not None:
             words = f"found after {passed_s:.1f} s, {self._way_m:.1f} m; {view.track.range_m:.2f} m off"
@@ -172,6 +184,7 @@ class SpiralSearch(GuardedSkill):
             self._progress.begin()
         elif verdict is Verdict.NONE:
             if self._look + 1 >= len(_LOOKS):
+                self._all_was_seen = True
                 return False
             self._look += 1
             least_m2, range_m = _LOOKS[self._look]

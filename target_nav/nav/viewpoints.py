@@ -1,8 +1,8 @@
 """Where to look from next: the place that shows most unseen floor for the way to it.
 
-Next best view by lazy greedy choice: what a place would show only grows less while the search goes on, so what it was
-worth when it was last asked bounds what it is worth now, and only the most promising few have to be asked again
-(Minoux, "Accelerated greedy algorithms", 1978). A bounded number is asked a tick.
+Next best view by lazy greedy choice: what a place would show grows less while the search goes on, but for floor that
+has come to be known since. So what it showed when it was last asked, and that, bound what it shows now, and only the most
+promising few have to be asked again (Minoux, "Accelerated greedy algorithms", 1978). A bounded number is asked a tick.
 """
 
 from __future__ import annotations
@@ -21,6 +21,9 @@ from target_nav.state.types import FloatArray
 _STOP_S = 4.0
 """What stopping at a place to look round costs, beside the way to it."""
 _ASKED_A_TICK = 24
+_NEWLY_KNOWN = 2.0
+"""A place may show so much more than before, of the floor that has come to be known since, as it opens the view on."""
+_ANYTHING_M2 = 1e6
 _MOST_TICKS = 20
 """After so many the best that was asked is taken: 480 places."""
 
@@ -51,7 +54,8 @@ class Viewpoints:
         """Ask them all anew; places that show less than `least_m2` do not count."""
         self._least_m2 = least_m2
         self._done = self._given_up.copy()
-        self._unbound()
+        self._shows_m2: FloatArray = np.full(len(self._spots_m), _ANYTHING_M2)
+        self._known_m2: FloatArray = np.zeros(len(self._spots_m))
         self._costs_m: FloatArray | None = None
 
     @property
@@ -64,6 +68,10 @@ class Viewpoints:
     def left(self) -> int:
         return int(len(self._done) - np.count_nonzero(self._done))
 
+    def drop(self) -> None:
+        """Choose again, for the robot is elsewhere by now."""
+        self.chosen = self._costs_m = None
+
     def finish(self, *, given_up: bool = False) -> None:
         """The chosen place was looked round from, is not worth it any more, or cannot be reached (`given_up`)."""
         if self.chosen is not None:
@@ -75,38 +83,33 @@ class Viewpoints:
         """Compare some more; call it each tick until it is not ASKING."""
         if self._costs_m is None:
             self._start(view)
-        assert self._costs_m is not None
         self._ticks += 1
-        open_ = np.flatnonzero(self._candidates & ~self._done)
-        value = self._bound_m2[open_] * self._per_s[open_]
-        order = open_[np.argsort(-value, kind="stable")]
-        ask = order[~self._asked[order]][:_ASKED_A_TICK]
+        known_m2 = self._coverage.known_m2
+        bound_m2 = np.minimum(self._shows_m2 + _NEWLY_KNOWN * (known_m2 - self._known_m2), self._all_round_m2)
+        value = np.where(self._candidates, bound_m2 * self._per_s, 0.0)
+        left = np.flatnonzero(self._candidates & ~self._asked & (bound_m2 >= self._least_m2))
+        ask = left[np.argsort(-value[left], kind="stable")[:_ASKED_A_TICK]]
         if len(ask):
-            gain = self._coverage.unseen_by_ray_m2(self._spots_m[ask]).sum(axis=1)
-            self._bound_m2[ask], self._asked[ask] = gain, True
-            self._done[ask[gain < self._least_m2]] = True
-        asked = open_[self._asked[open_] & ~self._done[open_]]
-        others = open_[~self._asked[open_]]
-        if len(others) and self._ticks < _MOST_TICKS:
-            promise = float((self._bound_m2[others] * self._per_s[others]).max())
-            if not len(asked) or float((self._bound_m2[asked] * self._per_s[asked]).max()) < promise:
-                return Verdict.ASKING
+            self._shows_m2[ask] = self._coverage.unseen_by_ray_m2(self._spots_m[ask]).sum(axis=1)
+            self._known_m2[ask], self._asked[ask] = known_m2, True
+        worth = np.flatnonzero(self._asked & (self._shows_m2 >= self._least_m2))
+        best = int(worth[np.argmax(self._shows_m2[worth] * self._per_s[worth])]) if len(worth) else None
+        unasked = left[~self._asked[left]]
+        promising = len(unasked) > 0 and (
+            best is None or float(value[unasked].max()) > float(self._shows_m2[best] * self._per_s[best])
+        )
+        if promising and self._ticks < _MOST_TICKS:
+            return Verdict.ASKING
         self._costs_m = None
-        if not len(asked):
-            return Verdict.NONE
-        self.chosen = int(asked[int(np.argmax(self._bound_m2[asked] * self._per_s[asked]))])
-        return Verdict.CHOSEN
+        self.chosen = best
+        return Verdict.NONE if best is None else Verdict.CHOSEN
 
     def _start(self, view: View) -> None:
-        if self._coverage.sure_m != self._bound_for_m:
-            self._unbound()
+        self._all_round_m2 = math.pi * self._coverage.sure_m**2
         self._costs_m = self._driver.costs_to(view, self._spots_m, self._limit_m)
-        self._candidates = self._coverage.is_known_free(self._spots_m) & np.isfinite(self._costs_m)
-        self._per_s: FloatArray = 1.0 / (self._costs_m / self._speed_mps + _STOP_S)
+        free = self._coverage.is_known_free(self._spots_m)
+        self._candidates: NDArray[np.bool_] = free & np.isfinite(self._costs_m) & ~self._done
+        way_m = np.minimum(self._costs_m, self._limit_m)
+        self._per_s: FloatArray = 1.0 / (way_m / self._speed_mps + _STOP_S)
         self._asked: NDArray[np.bool_] = np.zeros(len(self._spots_m), dtype=np.bool_)
         self._ticks = 0
-
-    def _unbound(self) -> None:
-        """Nothing is known of what the places show but that it is no more than all round."""
-        self._bound_for_m = self._coverage.sure_m
-        self._bound_m2: FloatArray = np.full(len(self._spots_m), math.pi * self._bound_for_m**2)
