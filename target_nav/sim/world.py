@@ -15,6 +15,7 @@ from target_nav.sim.arena_checks import edges
 from target_nav.sim.arena_types import Arena, CircleObstacle
 from target_nav.sim.geometry import point_to_rectangle, segment_to_rectangle
 from target_nav.state.types import FloatArray
+from target_nav.utils.bowling_pin import CLASS_NAME, width_at
 
 _PARALLEL = 1e-12
 _CORNER = 1e-9
@@ -141,6 +142,7 @@ class World:
         circles = [(o.x_m, o.y_m, o.radius_m) for o in arena.obstacles if isinstance(o, CircleObstacle)]
         things = [(o.x_m, o.y_m, o.shape.radius_m) for o in arena.objects]
         self._heights = [math.inf] * len(circles) + [o.shape.height_m for o in arena.objects]
+        self._pins = [False] * len(circles) + [o.class_name == CLASS_NAME for o in arena.objects]
         self.circles = np.array(circles + things, dtype=np.float64).reshape(-1, 3)
         self._segment_list = [tuple(row) for row in self.segments.tolist()]
         self._circle_list = [tuple(row) for row in self.circles.tolist()]
@@ -149,10 +151,15 @@ class World:
         self._inverse_length2 = 1.0 / (self._ex**2 + self._ey**2)
         self._cx, self._cy, self._cr = (np.ascontiguousarray(v) for v in self.circles.T)
 
-    def ray_caster(self, height_m: float) -> RayCaster:
-        """What level rays at this height meet."""
+    def ray_caster(self, height_m: float, true_profile: bool = False) -> RayCaster:
+        """What level rays at this height meet. `true_profile`: pins are as wide as they are there, else as their belly."""
         seen = [height > height_m for height in self._heights]
-        return RayCaster(self.segments, self.circles[seen])
+        circles = self.circles.copy()
+        if true_profile:
+            circles[:, 2] *= [
+                _share_at(height_m, height, is_pin) for height, is_pin in zip(self._heights, self._pins)
+            ]
+        return RayCaster(self.segments, circles[seen])
 
     def clearance_m(self, x_m: float, y_m: float, yaw_rad: float) -> float:
         """From the footprint, a rectangle, to the nearest of everything; 0 when it touches.
@@ -193,6 +200,11 @@ class World:
                 gap = max(gap - radius, 0.0)
             best = gap if gap < best else best
         return best
+
+
+def _share_at(height_m: float, own_height_m: float, is_pin: bool) -> float:
+    """Width at a height, of the largest."""
+    return float(width_at(np.array([height_m / own_height_m]))[0]) if is_pin else 1.0
 
 
 def _segments(arena: Arena) -> FloatArray:

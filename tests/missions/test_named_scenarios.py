@@ -15,7 +15,8 @@ from target_nav.app.paths import mission_path
 from target_nav.app.virtual import RunResult, run_virtual
 from target_nav.sim.arena import list_arenas, load_arena
 
-pytestmark = pytest.mark.slow
+# the longest is several minutes of virtual time, and CI shares its machine
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "campaigns.md"
 STOP_M, BEARING_RAD = 0.020, math.radians(3.0)
