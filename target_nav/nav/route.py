@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from target_nav.config import Config
 from target_nav.nav.footprint import Footprint
 from target_nav.nav.lidar_noise import range_sigma_m
-from target_nav.nav.wavefront import dilate, discs, inner, spread, to_bits, to_grid
+from target_nav.nav.wavefront import Discs, dilate, inner, spread, to_bits, to_grid
 from target_nav.state.types import FloatArray
 
 CELL_M = 0.05
@@ -24,13 +24,13 @@ _SIDE = 321
 _HALF = _SIDE // 2
 _CENTRE = _HALF * _SIDE + _HALF
 _NEAR_SPOT_CELLS = 4
-_BAND_CELLS = 8
-"""Ways to many spots are only compared, so 0.4 m is fine enough."""
+_BAND_CELLS = 16
+"""Ways to many spots are only compared, so 0.8 m is fine enough."""
 _COMFORT_M = 0.12
 """Wider than the turning body by this: keeping it costs nothing, less costs double."""
 _FREE, _NEAR, _CLOSE, _TIGHT = 1, 2, 4, 8
 """Cost of a cell: free; the body can turn there; it can just turn there; it only fits with its front along the way."""
-_DOUBT_SIGMAS, _MOST_DOUBT_M = 2.0, 0.04
+_DOUBT_SIGMAS, _DOUBTS_M = 2.0, (0.0, 0.01, 0.02, 0.03, 0.04)
 """Benefit of the doubt for a gap that is seen from afar."""
 _LOST_TO_CELLS_M = 0.5 * CELL_M
 """A point may lie half a cell from its cell's centre."""
@@ -67,8 +67,12 @@ class RoutePlanner:
 
     def __init__(self, config: Config) -> None:
         body = Footprint.of(config.robot)
-        self._fits_m = config.robot.half_width_m + config.avoid.stop_clearance_m
-        self._just_turns_m = body.circumscribed_radius_m + config.avoid.stop_clearance_m
+        self._fits_m = fits_m = config.robot.half_width_m + config.avoid.stop_clearance_m
+        just_turns_m = body.circumscribed_radius_m + config.avoid.stop_clearance_m
+        self._fits, self._just_turns = (
+            Discs([max(radius_m - doubt_m, 0.0) / CELL_M for doubt_m in _DOUBTS_M], _SIDE)
+            for radius_m in (fits_m, just_turns_m)
+        )
         self._turns_m = body.circumscribed_radius_m + config.avoid.margin_m + _LOST_TO_CELLS_M
         self._comfort_m = self._turns_m + _COMFORT_M
         self._pad = math.ceil(self._comfort_m / CELL_M) + 1
@@ -146,11 +150,9 @@ class RoutePlanner:
         if inside:
             radii.append(nearest_m - 2.0 * CELL_M)
         grown = dilate(to_bits(occupied), _SIDE, [radius / CELL_M for radius in radii])
-        doubts_m = self._doubts_m(near)
-        blocked, close = (
-            to_bits(discs(near / CELL_M + _HALF, (radius_m - doubts_m) / CELL_M, _SIDE))
-            for radius_m in (self._fits_m, self._just_turns_m)
-        )
+        level = self._doubt_levels(near)
+        at = near / CELL_M + _HALF
+        blocked, close = (to_bits(discs.of(at, level)) for discs in (self._fits, self._just_turns))
         if inside:
             about = dilate(1 << (_HALF * _SIDE + _HALF), _SIDE, [_START_M / CELL_M])[0]
             blocked &= ~(about & ~grown[2])
@@ -168,11 +170,11 @@ class RoutePlanner:
             grid[to_grid(cells, _SIDE)] = cost
         return steps, grid
 
-    def _doubts_m(self, points_m: FloatArray) -> FloatArray:
-        """How much nearer to each point base_link may come than it should, shape (N,); points relative to the robot."""
+    def _doubt_levels(self, points_m: FloatArray) -> NDArray[np.intp]:
+        """Index into `_DOUBTS_M` of how much nearer to each point base_link may come; points relative to the robot."""
         # Noise makes a far gap look narrower than it is. Going nearer shows; closing it for that would be for good.
         sigma_m = range_sigma_m(np.hypot(points_m[:, 0], points_m[:, 1]))
-        return np.asarray(np.minimum(_DOUBT_SIGMAS * sigma_m, _MOST_DOUBT_M))
+        return np.searchsorted(_DOUBTS_M[1:], _DOUBT_SIGMAS * sigma_m, side="right")
 
     def _goal_bits(self, goals_m: FloatArray, start: FloatArray) -> list[tuple[int, int]]:
         """Goals as (extra cost, cells)."""
