@@ -29,7 +29,7 @@ from target_nav.nav.speed import (
 from target_nav.nav.steering import BodySteering
 from target_nav.nav.vfh import Steering
 from target_nav.state.types import STOP, FloatArray, Twist2D
-from target_nav.utils.frames import points_to_parent, to_child
+from target_nav.utils.frames import points_to_parent, to_child, wrap_angle
 
 _REPLAN_S = 0.3
 _REACHED_M = 0.12
@@ -39,7 +39,7 @@ _REACTION_S = 0.25
 _GENTLE = 0.4
 """Share of the braking limit that is planned with."""
 _TURN_FIRST_RAD = math.radians(40.0)
-_TURNS_RAD = math.radians(15.0)
+_TURNS_RAD, _HAS_TURNED_RAD, _IN_VAIN_S = math.radians(15.0), 0.08, 0.6
 _CREEP_MPS = 0.06
 
 
@@ -92,6 +92,7 @@ class Driver:
         self._steering.reset()
         self._yaw.reset()
         self._planned_s = -math.inf
+        self._turned_to_rad, self._turned_at_s = -10.0, math.inf
 
     def drive(
         self,
@@ -232,12 +233,22 @@ class Driver:
         vx, vy = speed * math.cos(direction), speed * math.sin(direction)
         if not self._holonomic:
             vx, vy = max(vx, 0.0), 0.0
-        if self._steering.along_the_way and abs(direction) > _TURNS_RAD:
+        if self._steering.along_the_way and self._turns_in_vain(view, direction):
             # In a bend a corner of the body would touch: make room for it.
             away = self._room.for_turning(points)
             if away != STOP:
                 vx, vy = away.vx_mps, away.vy_mps
         return within_limits(over_dead_band(Twist2D(vx, vy, wz), robot), robot)
+
+    def _turns_in_vain(self, view: View, direction_rad: float) -> bool:
+        """Whether it has tried to turn for a while, and something keeps it from it."""
+        yaw_rad = view.pose_in_odom.yaw_rad
+        if (
+            abs(direction_rad) < _TURNS_RAD
+            or abs(wrap_angle(yaw_rad - self._turned_to_rad)) > _HAS_TURNED_RAD
+        ):
+            self._turned_to_rad, self._turned_at_s = yaw_rad, view.now_s
+        return view.now_s - self._turned_at_s > _IN_VAIN_S
 
     def _look(self, view: View, face_rad: float | None) -> Twist2D:
         if face_rad is None:

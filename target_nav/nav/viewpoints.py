@@ -1,7 +1,7 @@
 """Where to look from next: the place that shows most unseen floor for the way to it.
 
 Next best view by lazy greedy choice: what a place would show grows less while the search goes on, but for floor that
-has come to be known since. So what it showed when it was last asked, and that, bound what it shows now, and only the most
+has come to be known since. What it showed when it was last asked, and that, bound what it shows now; only the most
 promising few have to be asked again (Minoux, "Accelerated greedy algorithms", 1978). A bounded number is asked a tick.
 """
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from target_nav.state.types import FloatArray
 
 BoolGrid = NDArray[np.bool_]
+_PARTS = 8
 _NEVER = int(np.iinfo(np.int64).max)
 
 
@@ -58,23 +59,44 @@ def dilate(bits: int, side: int, radii_cells: Sequence[float]) -> list[int]:
     return grown
 
 
-def discs(centres_cells: FloatArray, radii_cells: FloatArray, side: int) -> BoolGrid:
-    """Cells whose middle lies within a radius of a point, shape (side, side); points (N, 2) as column, row, in cells.
+class Discs:
+    """Grows points by a disc, to a fraction of a cell: a gap is as wide as it is, however the grid lies.
 
-    Unlike `dilate`, points need not lie in the middle of a cell: a gap is as wide as it is, however the grid lies.
+    Unlike with `dilate` points need not lie in the middle of a cell. What a disc covers is looked up by where in its
+    cell the point lies, to an eighth of a cell, and by radius.
     """
-    grid: BoolGrid = np.zeros(side * side, dtype=np.bool_)
-    if len(centres_cells):
-        reach = math.ceil(float(radii_cells.max()))
-        steps = np.arange(-reach, reach + 1)
-        middle = np.rint(centres_cells)
-        across2, down2 = ((steps - (centres_cells - middle)[:, axis, None]) ** 2 for axis in (0, 1))
-        inside = down2[:, :, None] + across2[:, None, :] <= (radii_cells**2)[:, None, None]
-        columns, rows = (middle[:, axis, None] + steps for axis in (0, 1))
-        inside &= ((rows >= 0) & (rows < side))[:, :, None] & ((columns >= 0) & (columns < side))[:, None, :]
-        cells = (rows * side)[:, :, None] + columns[:, None, :]
-        grid[cells[inside].astype(np.intp)] = True
-    return grid.reshape(side, side)
+
+    def __init__(self, radii_cells: Sequence[float], side: int) -> None:
+        self._side = side
+        reach = math.ceil(max(radii_cells))
+        self.reach_cells = reach
+        """Points so near to the grid's border may run over: keep them off it."""
+        down, across = (index.reshape(-1) for index in np.mgrid[-reach : reach + 1, -reach : reach + 1])
+        parts = (np.arange(_PARTS) + 0.5) / _PARTS - 0.5
+        stencils = [
+            np.flatnonzero((down - y) ** 2 + (across - x) ** 2 <= radius**2)
+            for radius in radii_cells
+            for y in parts
+            for x in parts
+        ]
+        offsets = down * side + across
+        longest = max(1, *(len(cells) for cells in stencils))
+        self._table = np.array(
+            [np.resize(offsets[cells] if len(cells) else [0], longest) for cells in stencils], dtype=np.int32
+        )
+
+    def of(self, points_cells: FloatArray, radius: NDArray[np.intp]) -> BoolGrid:
+        """Cells whose middle lies in a disc, shape (side, side), for points (N, 2) as column and row, in cells.
+
+        `radius` (N,) is the index of each point's radius.
+        """
+        grid: BoolGrid = np.zeros(self._side * self._side, dtype=np.bool_)
+        middle = np.rint(points_cells)
+        part = np.clip(((points_cells - middle + 0.5) * _PARTS).astype(np.intp), 0, _PARTS - 1)
+        stencil = (radius * _PARTS + part[:, 1]) * _PARTS + part[:, 0]
+        cell = (middle[:, 1] * self._side + middle[:, 0]).astype(np.int32)
+        grid[(cell[:, None] + self._table[stencil]).reshape(-1)] = True
+        return grid.reshape(self._side, self._side)
 
 
 @dataclass(frozen=True)
@@ -93,13 +115,13 @@ class Wave:
     def costs_near(
         self, rows: NDArray[np.intp], columns: NDArray[np.intp], reach: int, band: int = 1
     ) -> NDArray[np.int64]:
-        """The lowest cost within `reach` cells of each cell; -1 where the wave did not come.
+        """The lowest cost at each cell, and half of and all of `reach` beside it; -1 where the wave did not come.
 
-        Rounded up to a multiple of `band` less one, which is quicker.
+        Rounded down to a multiple of `band`, which is quicker.
         """
         costs = self.costs(band)
         nearest = np.full(len(rows), _NEVER)
-        steps = range(-reach, reach + 1)
+        steps = sorted({-reach, -(reach // 2), 0, reach // 2, reach})
         for down in steps:
             for across in steps:
                 row = np.clip(rows + down, 0, self.side - 1)
@@ -118,7 +140,7 @@ class Wave:
                 first = ((cells & -cells).bit_length() - 1) // 8
                 raw = (cells >> (8 * first)).to_bytes((cells.bit_length() + 7) // 8 - first, "little")
                 bits = np.unpackbits(np.frombuffer(raw, dtype=np.uint8), bitorder="little")
-                flat[np.flatnonzero(bits) + 8 * first] = begin + band - 1
+                flat[np.flatnonzero(bits) + 8 * first] = begin
         return grid
 
     def descend(self, cell: int) -> list[int]:
