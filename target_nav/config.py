@@ -80,7 +80,9 @@ class LidarConfig:
     lost_scan_probability: float = quantity(0.01, "1", 0.0, 1.0, "simulator: a whole turn is lost")
     true_profile: bool = field(
         default=False,
-        metadata={"doc": "simulator: a pin is as thin as its shape is at the LiDAR's height, not as its belly"},
+        metadata={
+            "doc": "simulator: a pin is as thin as its shape is at the LiDAR's height, not as its belly"
+        },
     )
     range_offset_m: float = quantity(0.0, "m", -0.1, 0.1, "simulator: every range is too long by this")
 
