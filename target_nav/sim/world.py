@@ -152,7 +152,7 @@ class World:
         self._cx, self._cy, self._cr = (np.ascontiguousarray(v) for v in self.circles.T)
 
     def ray_caster(self, height_m: float, true_profile: bool = False) -> RayCaster:
-        """What level rays at this height meet. `true_profile`: pins are as thin as they are there, not as their belly."""
+        """What level rays at this height meet. `true_profile`: pins are as thin as they are there."""
         seen = [height > height_m for height in self._heights]
         circles = self.circles.copy()
         if true_profile:
