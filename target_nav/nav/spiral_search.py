@@ -38,7 +38,7 @@ _GAZE_M2 = 0.1
 """New floor that is worth turning to."""
 _FARTHEST_WAY_M = 40.0
 """In cost: tight places count several times."""
-_FINENESS = 0.6
+_FINENESS = 0.4
 """Way-points lie so much closer than the search may pass things by, for doorways and passages need some in them."""
 _NEAR_ENOUGH_M = 0.25
 _NO_WAY_S = 0.5
