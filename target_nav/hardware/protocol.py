@@ -116,33 +116,6 @@ def parse_line(line: bytes) -> DeviceLine | None:
     return None
 
 
-def encode_odom(twist: Twist2D) -> bytes:
-    """`ODOM` as the firmware sends it (for the simulated firmware)."""
-    return _encode_twist("ODOM", twist)
-
-
-def encode_encoders(ticks: tuple[int, int, int, int]) -> bytes:
-    """`ENC` as the firmware sends it; counters wrap round at 32 bit as they do there."""
-    wrapped = ((tick + 2**31) % 2**32 - 2**31 for tick in ticks)
-    return ("ENC," + ",".join(str(max(tick, -MAX_TICKS)) for tick in wrapped) + "\n").encode("ascii")
-
-
-def encode_error(code: str, text: str) -> bytes:
-    """`ERROR` as the firmware sends it: cut to the longest line, everything not printable replaced."""
-    body = "".join(c if " " <= c <= "~" else "?" for c in f"ERROR,{code.replace(',', ';')},{text}")
-    return body.encode("ascii")[:MAX_LINE_BYTES] + b"\n"
-
-
-def encode_ack(command: str) -> bytes:
-    """`ACK` as the firmware sends it."""
-    return f"ACK,{command}\n".encode("ascii")
-
-
-def encode_version(firmware: str) -> bytes:
-    """`VERSION` as the firmware sends it."""
-    return f"VERSION,{PROTOCOL_VERSION},{firmware}\n".encode("ascii")
-
-
 # --- to the firmware ---
 
 
@@ -225,7 +198,16 @@ def encode_velocity(twist: Twist2D) -> bytes:
     Raises:
         DeviceError: the velocity is not finite, or so large that it cannot be meant.
     """
-    return _encode_twist("VEL", twist)
+    values = (twist.vx_mps * 1000.0, twist.vy_mps * 1000.0, twist.wz_radps * 1000.0)
+    if not all(math.isfinite(value) for value in values):
+        raise DeviceError(f"{twist} is not finite; it was not sent")
+    vx, vy, wz = (round(value) for value in values)
+    if max(abs(vx), abs(vy)) > MAX_LINEAR_MMPS or abs(wz) > MAX_ANGULAR_MRADPS:
+        raise DeviceError(
+            f"velocity ({twist.vx_mps:g}, {twist.vy_mps:g}, {twist.wz_radps:g}) is beyond the protocol's "
+            f"{MAX_LINEAR_MMPS / 1000:g} m/s, {MAX_ANGULAR_MRADPS / 1000:g} rad/s; units are m/s and rad/s"
+        )
+    return f"VEL,{vx},{vy},{wz}\n".encode("ascii")
 
 
 def encode_stop() -> bytes:
@@ -328,16 +310,3 @@ def _integers(fields: list[bytes], limits: tuple[int, ...]) -> tuple[int, ...] |
 def _velocity(fields: list[bytes]) -> tuple[int, int, int] | None:
     values = _integers(fields, (MAX_LINEAR_MMPS, MAX_LINEAR_MMPS, MAX_ANGULAR_MRADPS))
     return (values[0], values[1], values[2]) if values is not None else None
-
-
-def _encode_twist(word: str, twist: Twist2D) -> bytes:
-    values = (twist.vx_mps * 1000.0, twist.vy_mps * 1000.0, twist.wz_radps * 1000.0)
-    if not all(math.isfinite(value) for value in values):
-        raise DeviceError(f"{twist} is not finite; it was not sent")
-    vx, vy, wz = (round(value) for value in values)
-    if max(abs(vx), abs(vy)) > MAX_LINEAR_MMPS or abs(wz) > MAX_ANGULAR_MRADPS:
-        raise DeviceError(
-            f"velocity ({twist.vx_mps:g}, {twist.vy_mps:g}, {twist.wz_radps:g}) is beyond the protocol's "
-            f"{MAX_LINEAR_MMPS / 1000:g} m/s, {MAX_ANGULAR_MRADPS / 1000:g} rad/s; units are m/s and rad/s"
-        )
-    return f"{word},{vx},{vy},{wz}\n".encode("ascii")

@@ -7,13 +7,16 @@ No clock, no thread: virtual time and real time differ only in who says what tim
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 
+from target_nav.config import Config
 from target_nav.sim.arena_types import Arena
 from target_nav.sim.boxes import BoxCamera
 from target_nav.sim.contact import ContactMonitor
 from target_nav.sim.drive import Drive
-from target_nav.sim.firmware import FirmwareEmulator
+from target_nav.sim.firmware_types import Firmware
 from target_nav.sim.history import PoseHistory
+from target_nav.sim.host_firmware import HostFirmware
 from target_nav.sim.judge import Verdict, judge, target_gap_m
 from target_nav.sim.lidar import Lidar
 from target_nav.sim.streams import stream
@@ -38,11 +41,21 @@ _EARLY_STEPS = 1e-6
 class Simulation:
     """One robot in one arena. Stamps are on the caller's time axis, which begins at `start_s`.
 
+    Args:
+        firmware: makes the drivetrain's firmware for a robot and a start time.
+
     Raises:
         ValueError: the seed is negative.
+        DeviceError, ConfigError: the firmware cannot be had, or cannot drive this robot.
     """
 
-    def __init__(self, arena: Arena, seed: int, start_s: float = 0.0) -> None:
+    def __init__(
+        self,
+        arena: Arena,
+        seed: int,
+        start_s: float = 0.0,
+        firmware: Callable[[Config, float], Firmware] = HostFirmware,
+    ) -> None:
         config, start = arena.config, arena.robot
         self.arena = arena
         self._start_s = start_s
@@ -52,7 +65,7 @@ class Simulation:
         self.drive = Drive(
             config.robot, config.drive_sim, start, self._contact, stream(seed, "drive"), STEP_S
         )
-        self._firmware = FirmwareEmulator(config, start_s)
+        self._firmware = firmware(config, start_s)
         self._history = PoseHistory(start_s, STEP_S, start.x_m, start.y_m, start.yaw_rad)
         self._lidar = Lidar(config.lidar, world.ray_caster(config.lidar.z_m), stream(seed, "lidar"), start_s)
         target_class = arena.target.class_name if arena.target is not None else TargetSpec().class_name
