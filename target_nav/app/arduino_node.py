@@ -1,11 +1,12 @@
 """Process `arduino`: /cmd_vel and /arduino/cmd to the serial port, the firmware's odometry to /arduino/odom_raw.
 
     /cmd_vel (geometry_msgs/Twist)        velocity of base_link, sent on at once and refreshed at 20 Hz
-    /arduino/cmd (std_msgs/String)        a position command in the firmware's words, or STOP
+    /arduino/cmd (std_msgs/String)        a position command in the firmware's words, STOP or VERSION
     /arduino/odom_raw (std_msgs/String)   JSON: stamp_s (monotonic, when the line came), vx_mm, vy_mm, wz_mrad
 
 A port that is not there at the start ends the process with code 2. A port that is lost later is opened again as soon
-as it is back; until then the firmware's own watchdog has stopped the wheels.
+as it is back; until then the firmware's own watchdog has stopped the wheels. After each opening the firmware is asked
+for its version first: one that speaks another protocol ends the process with code 2.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ from target_nav.config import Config
 from target_nav.errors import DeviceError
 from target_nav.hardware.arduino_bridge import ArduinoBridge
 from target_nav.hardware.drive_arbiter import DriveArbiter
-from target_nav.hardware.protocol import DeviceLine, ErrorLine, OdomLine
+from target_nav.hardware.firmware_check import FirmwareCheck
+from target_nav.hardware.protocol import DeviceLine, ErrorLine, OdomLine, VersionLine, encode_stop
 
 REFRESH_PERIOD_S = 0.05
 
@@ -41,6 +43,8 @@ class ArduinoNode:
         self._ros = ros
         self._string = String
         self._arbiter = DriveArbiter(config.robot, config.serial)
+        self._firmware = FirmwareCheck()
+        self._silence_told = False
         self._timeout_s = config.serial.cmd_vel_timeout_s
         self._publish_odometry = ros.publisher(String, "/arduino/odom_raw", stream_qos())
         self.bridge = ArduinoBridge(
@@ -67,13 +71,28 @@ class ArduinoNode:
         self._send(line)
 
     def _refresh(self) -> None:
+        self._ask_version()
         timeouts = self._arbiter.timeouts
         line = self._arbiter.refresh(self._ros.clock.now_s())
         if self._arbiter.timeouts > timeouts:
             log.warning("no /cmd_vel for %.1f s: STOP", self._timeout_s)
         self._send(line)
 
+    def _ask_version(self) -> None:
+        question = self._firmware.poll(self._ros.clock.now_s())
+        if question:
+            self.bridge.send(question)
+        if self._firmware.silent and not self._silence_told:
+            self._silence_told = True
+            log.error(
+                "the firmware on %s does not answer VERSION: it is not this project's, or an old one; it is driven all "
+                "the same. Flash it: make -C deploy/firmware flash PORT=%s", self.bridge.port, self.bridge.port,
+            )  # fmt: skip
+
     def _send(self, line: bytes) -> None:
+        if line and line != encode_stop() and not self._firmware.may_drive:
+            self._ros.warnings.warn("serial.version", "the firmware has not told its version yet: not driven")
+            return
         if line and not self.bridge.send(line):
             self._ros.warnings.warn("serial.write", f"{self.bridge.port} took no command: lost or stuck")
 
@@ -86,11 +105,16 @@ class ArduinoNode:
                 "wz_mrad": line.wz_mradps,
             }
             self._publish_odometry(self._string(data=json.dumps(data)))
+        elif isinstance(line, VersionLine):
+            self._firmware.take(line, self.bridge.port)
+            log.info("firmware %s, protocol %d", line.firmware, line.protocol)
         elif isinstance(line, ErrorLine):
             self._ros.warnings.warn(f"firmware.{line.code}", f"firmware: {line.code} {line.text}")
 
     def _take_connection(self, connected: bool, reason: str) -> None:
         if connected:
+            self._firmware.restart()
+            self._silence_told = False
             log.info("%s is back", self.bridge.port)
         else:
             log.error("%s lost (%s); trying to open it again", self.bridge.port, reason)

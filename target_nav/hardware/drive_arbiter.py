@@ -15,6 +15,7 @@ from target_nav.errors import DeviceError
 from target_nav.hardware.protocol import (
     StopCommand,
     VelocityCommand,
+    VersionCommand,
     encode_command,
     encode_stop,
     encode_velocity,
@@ -72,6 +73,9 @@ class DriveArbiter:
             raise DeviceError(f"{text!r}: velocities go through /cmd_vel, where the limits are")
         if isinstance(parsed, StopCommand):
             return self.halt()
+        if isinstance(parsed, VersionCommand):
+            # A question moves nothing: whoever drives goes on.
+            return encode_command(parsed)
         self.mode = DriveMode.POSITION
         self._position_since_s = now_s
         return encode_command(parsed)

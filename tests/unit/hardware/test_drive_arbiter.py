@@ -110,6 +110,16 @@ def test_stop_ends_both_modes() -> None:
     assert arbiter.velocity(0.5, STOP) == b"VEL,0,0,0\n"
 
 
+def test_a_question_passes_and_leaves_the_driving_alone() -> None:
+    arbiter = make()
+    arbiter.velocity(0.0, FORWARD)
+    assert arbiter.command(0.02, "VERSION") == b"VERSION\n"
+    assert arbiter.refresh(0.07) == b"VEL,200,0,300\n"
+    arbiter.command(0.1, "FWD,100,1719")
+    arbiter.command(0.2, "VERSION")
+    assert arbiter.velocity(0.3, STOP) == NOTHING
+
+
 @pytest.mark.parametrize("text", ["", "HOP", "FWD,1", "STOP\nVEL,1,1,1", "é"])
 def test_what_the_firmware_does_not_know_is_refused(text: str) -> None:
     with pytest.raises(DeviceError, match="not a command"):
