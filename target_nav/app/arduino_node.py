@@ -28,7 +28,8 @@ from target_nav.hardware.drive_arbiter import DriveArbiter
 from target_nav.hardware.firmware_check import FirmwareCheck
 from target_nav.hardware.protocol import DeviceLine, ErrorLine, OdomLine, VersionLine, encode_stop
 
-REFRESH_PERIOD_S = 0.05
+REFRESH_PERIOD_S = 0.02
+"""A velocity is sent again at 20 Hz; how old it is, is looked at more often."""
 
 log = logging.getLogger(__name__)
 
@@ -45,7 +46,7 @@ class ArduinoNode:
         self._arbiter = DriveArbiter(config.robot, config.serial)
         self._firmware = FirmwareCheck()
         self._silence_told = False
-        self._timeout_s = config.serial.cmd_vel_timeout_s
+        self._stale_s, self._timeout_s = config.serial.cmd_vel_stale_s, config.serial.cmd_vel_timeout_s
         self._publish_odometry = ros.publisher(String, "/arduino/odom_raw", stream_qos())
         self.bridge = ArduinoBridge(
             config.serial.port, config.serial.baud, self._take_line, self._take_connection
@@ -72,10 +73,12 @@ class ArduinoNode:
 
     def _refresh(self) -> None:
         self._ask_version()
-        timeouts = self._arbiter.timeouts
+        timeouts, stale = self._arbiter.timeouts, self._arbiter.stale
         line = self._arbiter.refresh(self._ros.clock.now_s())
         if self._arbiter.timeouts > timeouts:
             log.warning("no /cmd_vel for %.1f s: STOP", self._timeout_s)
+        elif self._arbiter.stale > stale:
+            log.warning("no /cmd_vel for %.1f s: zero velocity", self._stale_s)
         self._send(line)
 
     def _ask_version(self) -> None:

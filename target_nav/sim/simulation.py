@@ -36,6 +36,7 @@ KEPT_MESSAGES = 64
 """Scans that nobody took; of the firmware's lines as many as that again in seconds."""
 
 _EARLY_STEPS = 1e-6
+_OFF = (0, 0, 0, 0)
 
 
 class Simulation:
@@ -79,6 +80,7 @@ class Simulation:
         )
         self._scans: deque[Scan] = deque(maxlen=KEPT_MESSAGES)
         self._serial: deque[tuple[float, bytes]] = deque(maxlen=20 * KEPT_MESSAGES)
+        self._driven_s = start_s
         self._odometry_delay_s = config.drive_sim.time_offset_s
         self.path: list[list[float]] = [[start_s, start.x_m, start.y_m, self.drive.pose.yaw_rad]]
         """True poses at 20 Hz: [t_s, x_m, y_m, yaw_rad]."""
@@ -98,7 +100,10 @@ class Simulation:
         self._steps += 1
         drive, history = self.drive, self._history
         now_s = self._start_s + self._steps * STEP_S
-        drive.step(self._firmware.pwm)
+        pwm = self._firmware.pwm
+        if pwm != _OFF:
+            self._driven_s = now_s
+        drive.step(pwm)
         history.append(drive.x_m, drive.y_m, drive.yaw_rad)
         self._firmware.step(now_s, drive.ticks)
         if self._firmware.has_output:
@@ -143,6 +148,11 @@ class Simulation:
     def true_twist(self) -> Twist2D:
         """In base_link."""
         return Twist2D(self.drive.vx_mps, self.drive.vy_mps, self.drive.wz_radps)
+
+    @property
+    def driven_s(self) -> float:
+        """Until when a motor was given power; the present while one is."""
+        return self._driven_s
 
     def pose_at(self, stamp_s: float) -> Pose2D:
         """The true pose at a moment of the last three seconds, for whoever draws what a camera saw then."""

@@ -129,9 +129,9 @@ def test_a_velocity_is_sent_refreshed_and_ended_by_one_stop(wire: Wire, host: Ho
     time.sleep(0.3)
     velocities = [t for t, line in wire.heard if line == b"VEL,200,0,300"]
     stops = [t for t, line in wire.heard if line == b"STOP"]
-    assert len(velocities) >= 5
+    assert len(velocities) >= 3
     assert len(stops) == 1
-    assert set(wire.lines()) == {b"VEL,200,0,300", b"STOP"}
+    assert list(dict.fromkeys(wire.lines())) == [b"VEL,200,0,300", b"VEL,0,0,0", b"STOP"]
     # Half a second, and what the timer and a busy machine add.
     assert 0.45 < stops[0] - velocities[0] < 1.5
 
