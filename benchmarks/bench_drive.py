@@ -28,7 +28,7 @@ from typing import Any
 import serial
 
 from benchmarks import OURS, Row, time_call
-from target_nav.app.calibration_drive import Driver, Drivetrain
+from target_nav.app.calibration_drive import Driver, Drivetrain, Odom
 from target_nav.config import Config
 from target_nav.hardware.arduino_bridge import ArduinoBridge
 from target_nav.nav.odometry import OdometryScale
@@ -128,12 +128,10 @@ def one_way(send: Callable[[int], None], pipe: Connection, commands: int = COMMA
 
 
 def latency_over_the_pty() -> list[Row]:
-    rows: list[Row] = []
     with far_end() as (port, pipe):
         bridge = ArduinoBridge(port, 115200, lambda line, stamp_s: None)
         bridge.open()
-        taken = one_way(lambda n: bridge.send_velocity(Twist2D(0.2, 0.0, n / 1000.0)) or _refused(), pipe)
-        rows += _percentiles("command to the other end of a pty", OURS, taken)
+        ours = one_way(lambda n: bridge.send_velocity(Twist2D(0.2, 0.0, n / 1000.0)) or _refused(), pipe)
         bridge.close()
     with far_end() as (port, pipe), serial.Serial(port, 115200) as line:
 
@@ -141,10 +139,10 @@ def latency_over_the_pty() -> list[Row]:
             line.write(b"VEL,200,0,%d\n" % number)
             line.flush()
 
-        rows += _percentiles(
-            "command to the other end of a pty", "pyserial: write and flush", one_way(write, pipe)
-        )
-    return rows
+        theirs = one_way(write, pipe)
+    task = "command to the other end of a pty"
+    rows = zip(_percentiles(task, OURS, ours), _percentiles(task, "pyserial: write and flush", theirs))
+    return [row for pair in rows for row in pair]
 
 
 def _refused() -> None:
@@ -307,7 +305,7 @@ class RosDrivetrain(Drivetrain):
 
         def take(message: Any) -> None:
             self.newest = odometry_from_msg(message, host.ros.clock)
-            self._heard.append((self.newest.stamp_s, self.newest.twist_in_base))
+            self._heard.append((self.newest.stamp_s, self.newest.twist_in_base, None))
 
         host.ros.subscribe(Odometry, "/odom", take, stream_qos())
 
@@ -315,7 +313,7 @@ class RosDrivetrain(Drivetrain):
     def now_s(self) -> float:
         return time.monotonic()
 
-    def keep(self, twist: Twist2D) -> list[tuple[float, Twist2D]]:
+    def keep(self, twist: Twist2D) -> list[Odom]:
         self._host.drive(twist)
         time.sleep(PERIOD_S)
         taken = list(self._heard)
@@ -327,7 +325,7 @@ class RosDrivetrain(Drivetrain):
 
 
 def a_square(folder: Path) -> list[Row]:
-    """Twist, DDS, serial line, firmware, motors, encoders, ODOM, odometry node: /odom after a square beside the truth."""
+    """Twist, DDS, serial line, firmware, motors, encoders, ODOM, odometry node: /odom after a square, and the truth."""
     from target_nav.app.ros_support import RosNode
 
     link, truth_path, prefix = str(folder / "robot"), folder / "truth.json", f"bench{os.getpid()}"

@@ -32,8 +32,8 @@ STANDING_LINES = 5
 
 STAND_LIMIT_S = 5.0
 
-Odom = tuple[float, Twist2D]
-"""Stamp and velocity of one ODOM line."""
+Odom = tuple[float, Twist2D, int | None]
+"""Stamp, velocity and the firmware's clock of one ODOM line."""
 
 
 class Drivetrain(Protocol):
@@ -80,7 +80,7 @@ class SerialDrivetrain:
             raise DeviceError(f"{self._bridge.port} is lost; the firmware has stopped the wheels")
         self._wait()
         return [
-            (stamp_s, line.to_twist())
+            (stamp_s, line.to_twist(), line.device_us)
             for stamp_s, line in self._take()
             if isinstance(line, protocol.OdomLine)
         ]
@@ -139,7 +139,7 @@ class SimDrivetrain:
             for raw in self._lines.feed(simulation.serial_read()):
                 line = protocol.parse_line(raw)
                 if isinstance(line, protocol.OdomLine):
-                    odometry.append((simulation.now_s, line.to_twist()))
+                    odometry.append((simulation.now_s, line.to_twist(), line.device_us))
                 elif isinstance(line, protocol.ErrorLine):
                     raise DeviceError(f"the firmware stopped: {line.code} {line.text}")
         if simulation.collided:
@@ -217,8 +217,8 @@ class Driver:
 
     def _keep(self, twist: Twist2D) -> list[Twist2D]:
         heard = self._drivetrain.keep(twist)
-        for stamp_s, reported in heard:
-            self._odometry.add(stamp_s, reported)
+        for stamp_s, reported, device_us in heard:
+            self._odometry.add(stamp_s, reported, device_us)
             self._heard_s = stamp_s
         self._yaw.follow(self._odometry.pose_in_odom)
         silent_s = self._drivetrain.now_s - self._heard_s
@@ -226,4 +226,4 @@ class Driver:
             raise DeviceError(
                 f"no odometry for {silent_s:.2f} s (limit {SILENCE_S:g} s); is the Arduino still there?"
             )
-        return [reported for _, reported in heard]
+        return [reported for _, reported, _ in heard]

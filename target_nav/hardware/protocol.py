@@ -6,7 +6,7 @@ drivetrain's range: anything else is None, to be counted and dropped. Both ends 
 and the firmware (deploy/firmware, in C++); tests compare them.
 
 To the firmware: VEL,vx,vy,wz  STOP  FWD,speed,ticks (also BWD LEFT RIGHT CCW CW)  TMOTOR,FL,pwm  CALIB  VERSION
-From the firmware: ODOM,vx,vy,wz  ENC,fl,fr,rl,rr  ERROR,code,text  ACK,command  VERSION,protocol,firmware
+From the firmware: ODOM,vx,vy,wz,us  ENC,fl,fr,rl,rr  ERROR,code,text  ACK,command  VERSION,protocol,firmware
 """
 
 from __future__ import annotations
@@ -31,6 +31,9 @@ MAX_ANGULAR_MRADPS = 20_000
 MAX_TICKS = 2_147_483_647
 """Encoder counters are 32 bit and signed."""
 
+MAX_DEVICE_US = 2**32 - 1
+"""The firmware's clock wraps round after 71 minutes."""
+
 MAX_PWM = 255
 
 MAX_PROTOCOL_VERSION = 999
@@ -49,11 +52,16 @@ _INTEGER = re.compile(rb"[+-]?[0-9]{1,10}")
 
 @dataclass(frozen=True)
 class OdomLine:
-    """`ODOM`: the base's velocity from the encoders, 20 times a second in velocity mode."""
+    """`ODOM`: the base's velocity from the encoders, 20 times a second in velocity mode.
+
+    `device_us`: the firmware's clock when it read them, microseconds modulo 2**32; None from a firmware that does not
+    tell.
+    """
 
     vx_mmps: int
     vy_mmps: int
     wz_mradps: int
+    device_us: int | None = None
 
     def to_twist(self) -> Twist2D:
         """The same in m/s and rad/s."""
@@ -100,8 +108,11 @@ def parse_line(line: bytes) -> DeviceLine | None:
         return None
     word = fields[0]
     if word == b"ODOM":
-        velocity = _velocity(fields[1:])
-        return OdomLine(*velocity) if velocity is not None else None
+        velocity = _velocity(fields[1:4])
+        if velocity is None or len(fields) == 4:
+            return OdomLine(*velocity) if velocity is not None else None
+        stamp = _integers(fields[4:], (MAX_DEVICE_US,))
+        return OdomLine(*velocity, device_us=stamp[0]) if stamp is not None and stamp[0] >= 0 else None
     if word == b"ENC":
         ticks = _integers(fields[1:], (MAX_TICKS,) * 4)
         return EncLine((ticks[0], ticks[1], ticks[2], ticks[3])) if ticks is not None else None

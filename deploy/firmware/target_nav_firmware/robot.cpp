@@ -232,6 +232,8 @@ void Robot::report(Micros now_us) {
   if (mode_ == Mode::VELOCITY) {
     const BodySpeed body = mecanum_.bodySpeed(counts, elapsed_us, report_rest_);
     line.add("ODOM,").add(body.vx_mmps).add(",").add(body.vy_mmps).add(",").add(body.wz_mradps);
+    // When the counts were read: on its way to the host a line waits for other things.
+    line.add(",").addUnsigned(now_us);
   } else {
     report_rest_ = BodyRest();
     line.add("ENC");
