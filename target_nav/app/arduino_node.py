@@ -91,6 +91,8 @@ class ArduinoNode:
             log.warning("no /cmd_vel for %.1f s: zero velocity", self._stale_s)
 
     def _ask_version(self) -> None:
+        if not self.bridge.connected:
+            return
         question = self._firmware.poll(self._ros.clock.now_s())
         if question:
             self.bridge.send(question)
@@ -127,10 +129,11 @@ class ArduinoNode:
 
     def _take_connection(self, connected: bool, reason: str) -> None:
         if connected:
-            self._firmware.restart()
-            self._silence_told = False
             log.info("%s is back", self.bridge.port)
         else:
+            # With the loss, not with the return: who comes back is not known before it was asked.
+            self._firmware.restart()
+            self._silence_told = False
             log.error("%s lost (%s); trying to open it again", self.bridge.port, reason)
 
 

@@ -23,7 +23,7 @@ class FirmwareCheck:
         self.restart()
 
     def restart(self) -> None:
-        """The port was opened: whoever is there now has not been asked yet."""
+        """The port was lost, or not opened yet: whoever is there next has not been asked."""
         self.version: VersionLine | None = None
         self.silent = False
         self._asked = 0

@@ -85,6 +85,14 @@ def test_parts_can_be_left_out_and_nothing_need_be_written(tmp_path: Path) -> No
     assert re.search(r"turning .* - .* 1\.0200 .* 1\.0200", result.output)
 
 
+def test_a_simulators_scales_are_not_written_unasked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = calibrate("--sim", "open_floor", "--strafe", "0", "--turns", "0", "--square", "0")
+    assert result.exit_code == 0
+    assert "nothing written" in result.output
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_robot_that_hits_something_says_so(tmp_path: Path) -> None:
     result = calibrate("--config", str(tmp_path / "new.yaml"), "--sim", "open_floor", "--distance", "6")
     assert isinstance(result.exception, DeviceError)

@@ -25,6 +25,9 @@ from target_nav.nav.odometry import OdometryScale
 from target_nav.nav.odometry_calibration import Axis, Leg, Measured, calibrated, square
 from target_nav.sim.arena import load_arena
 
+DEFAULT_CONFIG = Path("robot.yaml")
+"""Never what a simulator says without being told to: its scales are of no robot."""
+
 SPEED_MPS = 0.15
 YAW_RATE_RADPS = 0.5
 
@@ -106,10 +109,8 @@ class Plan:
 @click.option(
     "--config",
     "config_path",
-    default="robot.yaml",
-    show_default=True,
     type=click.Path(dir_okay=False, path_type=Path),
-    help="The robot's configuration: read if it is there, and written.",
+    help="The robot's configuration: read if it is there, and written. Default: robot.yaml, with --sim none.",
 )
 @click.option("--port", help="Serial port of the Arduino; else key serial.port.")
 @click.option(
@@ -133,7 +134,7 @@ class Plan:
 )
 @click.option("--dry-run", is_flag=True, help="Measure, and write nothing.")
 def command(
-    config_path: Path,
+    config_path: Path | None,
     port: str | None,
     distance: float,
     strafe: float,
@@ -149,12 +150,14 @@ def command(
     scales it has found. It needs the stack stopped, 0.5 m of free floor round all that, and a tape measure. Nobody
     looks out for obstacles meanwhile. 0 leaves a part out.
     """
-    config = load_config(config_path) if config_path.exists() else Config()
+    if config_path is None and arena_name is None:
+        config_path = DEFAULT_CONFIG
+    config = load_config(config_path) if config_path is not None and config_path.exists() else Config()
     if config.robot.drive != "mecanum":
         strafe = 0.0
     with _opened(config, port, arena_name, seed) as (config, drivetrain, judge):
         scale = _measure(Plan(distance, strafe, turns, square_m), config, drivetrain, judge)
-        if dry_run:
+        if dry_run or config_path is None:
             click.echo("nothing written")
         else:
             note = f"measured {date.today().isoformat()}" + (
