@@ -22,7 +22,7 @@ from target_nav.app.ros_support import RosNode
 from target_nav.app.stream_names import BLACKBOARD
 from target_nav.app.stream_publisher import StreamPublisher
 from target_nav.app.stream_worker import StreamWorker
-from target_nav.mission.snapshot import SnapshotBuilder
+from target_nav.mission.snapshot_builder import SnapshotBuilder
 from target_nav.mission.tree_note import TreeNote
 from target_nav.mission.values_text import value_text
 

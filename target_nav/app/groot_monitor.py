@@ -37,7 +37,7 @@ from target_nav.app.groot_monitor_protocol import (
 )
 from target_nav.app.groot_monitor_tree import GrootTree, groot_tree
 from target_nav.errors import DeviceError
-from target_nav.mission.nodes.base import SKIPPED_MESSAGE
+from target_nav.mission.nodes.ticking import SKIPPED_MESSAGE
 from target_nav.mission.tree_note import TreeNote
 
 POLL_MS = 20

@@ -28,7 +28,7 @@ from target_nav.app.stream_names import (
 from target_nav.app.stream_publisher import StreamPublisher
 from target_nav.app.stream_worker import StreamWorker
 from target_nav.app.tick_statistics import TickSeries
-from target_nav.mission.snapshot import SnapshotBuilder
+from target_nav.mission.snapshot_builder import SnapshotBuilder
 from target_nav.mission.tree_note import TreeNote
 
 log = logging.getLogger(__name__)

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from functools import cache
 from itertools import pairwise
 
+import pytest
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
@@ -23,6 +24,8 @@ from target_nav.mission.scenario_file import read_scenarios
 from target_nav.mission.scenario_find import find_scenario_files
 from target_nav.mission.scenario_run import run_scenario
 from target_nav.mission.scripted_mission import ScriptedMission
+
+pytestmark = pytest.mark.slow
 
 MISSION = mission_path(REFERENCE_MISSION)
 SKILLS = ("TurnSearch", "SpiralSearch", "NavigateToTarget", "BlindApproach", "ConfirmArrival")
