@@ -153,7 +153,8 @@ class GrootMonitor:
 
     def _tree_now(self) -> GrootTree:
         tree = self._tree
-        if tree is None:
+        # the tick's thread may replace the tree while this one draws it
+        while tree is None or self._root not in tree.uids:
             tree = self._tree = groot_tree(self._root, self._path)
         return tree
 
