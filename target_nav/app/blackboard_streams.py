@@ -153,12 +153,7 @@ class BlackboardStreams:
         return response
 
     def _close(self, request: Any, response: Any) -> Any:
-        stream = self._streams.pop(request.topic_name, None)
-        response.result = stream is not None
-        if stream is not None:
-            self._worker.forget(stream)
-            stream.publisher.close()
-            log.info("closed blackboard stream %s", stream.topic)
+        response.result = self._worker.end(self._streams.pop(request.topic_name, None))
         return response
 
 

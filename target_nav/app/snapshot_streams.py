@@ -130,12 +130,7 @@ class SnapshotStreams:
         return response
 
     def _close(self, request: Any, response: Any) -> Any:
-        stream = self._streams.pop(request.topic_name, None)
-        response.result = stream is not None
-        if stream is not None:
-            self._worker.forget(stream)
-            stream.publisher.close()
-            log.info("closed snapshot stream %s", stream.topic)
+        response.result = self._worker.end(self._streams.pop(request.topic_name, None))
         return response
 
     def _reconfigure(self, request: Any, response: Any) -> Any:

@@ -163,9 +163,7 @@ def test_the_tree_watcher_shows_the_tree_once_while_nothing_changes(
         time.sleep(1.0)
     assert process.returncode == 0
     assert text_of(out).count("Bowling pin") == 1
-    wait_until(
-        lambda: "closed snapshot stream" in executor.log().splitlines()[-1], "the stream to be closed", 5.0
-    )
+    wait_until(lambda: "closed stream" in executor.log().splitlines()[-1], "the stream to be closed", 5.0)
 
 
 def test_the_tree_watcher_shows_blackboard_activity_and_statistics(executor: Managed, tmp_path: Path) -> None:
