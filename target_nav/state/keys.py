@@ -85,6 +85,15 @@ VISITED = Key(
     "places (x, y) in odom of targets that no longer count; GO forgets them",
     True,
 )
+SEARCH = Key(
+    "/search/begun",
+    tuple,
+    "",
+    "SpiralSearch",
+    ("SpiralSearch",),
+    "what was asked for, and the search that is under way; GO forgets it",
+    True,
+)
 REQUEST = Key(
     "/motion/request", MotionRequest, "m/s, rad/s", "*motion", ("nav loop",), "what the wheels shall do", True
 )
@@ -93,5 +102,5 @@ CONFIG = Key("/config", Config, "", "nav loop", ("*motion", "InputsFresh"), "the
 
 ALL: tuple[Key, ...] = (
     NOW_S, DT_S, REQUESTED, SCAN_AGE_S, ODOM_AGE_S, CAMERA_AGE_S, POSE, TWIST, OBSTACLES, DETECTIONS, TRACK, SPEC,
-    VISITED, REQUEST, OUTCOME, CONFIG,
+    VISITED, SEARCH, REQUEST, OUTCOME, CONFIG,
 )  # fmt: skip
