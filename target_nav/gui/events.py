@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections import deque
 from collections.abc import Callable
@@ -31,16 +32,20 @@ class EventLog:
         self._events: deque[Event] = deque(maxlen=CAPACITY)
         self._clock_text = clock_text
         self._count = 0
+        self._lock = threading.Lock()
         self._last: StatusView | None = None
 
     @property
     def events(self) -> tuple[Event, ...]:
         """Oldest first."""
-        return tuple(self._events)
+        with self._lock:
+            return tuple(self._events)
 
     def add(self, text: str, level: str = INFO) -> None:
-        self._count += 1
-        self._events.append(Event(self._count, self._clock_text(), level, text))
+        """From any thread."""
+        with self._lock:
+            self._count += 1
+            self._events.append(Event(self._count, self._clock_text(), level, text))
 
     def see(self, now: StatusView) -> None:
         """Compare with the last look, and write down what has changed."""

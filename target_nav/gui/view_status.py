@@ -23,7 +23,10 @@ STATE_TEXT = {
 
 @dataclass(frozen=True)
 class LinkView:
-    """One source. `label` is a word for a small screen, `text` its age, `problem` what is wrong in a sentence."""
+    """One source. `label` is a word for a small screen, `text` its age, `problem` what is wrong in a sentence.
+
+    `quiet`: it is silent because nobody drives, which is as it should be: the firmware tells odometry only then.
+    """
 
     name: str
     label: str
@@ -32,6 +35,7 @@ class LinkView:
     fresh: bool
     text: str
     problem: str
+    quiet: bool = False
 
 
 @dataclass(frozen=True)
@@ -117,8 +121,8 @@ def link_views(world: World, config: Config) -> tuple[LinkView, ...]:
         _link(
             "odom", "odom", odom_s, loop.odom_max_age_s, told or "no odometry; is the arduino node running?"
         ),
-        _link("det", "detect", world.det.age_s, world.det.limit_s, world.det.excuse),
-        _link("camera", "picture", world.camera.age_s, world.camera.limit_s, world.camera.excuse),
+        _link("det", "boxes", world.det.age_s, world.det.limit_s, world.det.excuse),
+        _link("camera", "image", world.camera.age_s, world.camera.limit_s, world.camera.excuse),
         _link("tree", "tree", world.tree.age_s, world.tree.limit_s, world.tree.excuse),
     )
 
