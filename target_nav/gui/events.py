@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from target_nav.gui.view_status import StatusView
 
 CAPACITY = 300
+LOOKS_TO_BE_LOST = 15
+"""Looks in a row, at 20 Hz, before a stale source is a line of the log; the screen greys it out at once."""
 
 INFO, GOOD, WARN, BAD = "info", "good", "warn", "bad"
 
@@ -34,6 +36,7 @@ class EventLog:
         self._count = 0
         self._lock = threading.Lock()
         self._last: StatusView | None = None
+        self._bad_looks: dict[str, int] = {}
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -71,11 +74,15 @@ class EventLog:
             self.add(now.notice, WARN if "not while" in now.notice or "must" in now.notice else INFO)
 
     def _see_links(self, before: StatusView, now: StatusView) -> None:
-        was_fresh = {link.name: link.fresh for link in before.links}
         for link in now.links:
-            if link.fresh and not was_fresh.get(link.name, False):
-                self.add(f"{link.label} is there", GOOD)
-            elif not link.fresh and was_fresh.get(link.name, True):
+            fine = link.fresh or link.quiet
+            if fine:
+                if self._bad_looks.pop(link.name, 0) >= LOOKS_TO_BE_LOST:
+                    self.add(f"{link.label} is there", GOOD)
+                continue
+            # a source that hiccups, or begins to talk when the robot begins to drive, is not lost
+            looks = self._bad_looks[link.name] = self._bad_looks.get(link.name, 0) + 1
+            if looks == LOOKS_TO_BE_LOST:
                 self.add(f"{link.label} lost: {link.problem}", BAD)
         for name in now.dead:
             if name not in before.dead:

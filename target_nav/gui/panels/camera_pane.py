@@ -34,7 +34,7 @@ class CameraPane(Pane):
             self._paint_picture(cr, view, scale)
         cr.scale(scale, scale)
         for box in view.boxes:
-            _paint_box(cr, box, scale, view.boxes_fresh, view.width_px)
+            _paint_box(cr, box, scale, view)
         cr.restore()
         if not view.fresh:
             veil(cr, width, height, view.message, "" if view.image_bgr is None else age_text(view.age_s))
@@ -71,8 +71,8 @@ class CameraPane(Pane):
         cr.restore()
 
 
-def _paint_box(cr: Context, box: BoxView, scale: float, fresh: bool, picture_px: int) -> None:
-    colour = (YELLOW if box.is_target else SKY) if fresh else GREY
+def _paint_box(cr: Context, box: BoxView, scale: float, view: CameraView) -> None:
+    colour = (YELLOW if box.is_target else SKY) if view.boxes_fresh else GREY
     unit = 1.0 / scale
     cr.set_source_rgb(*colour)
     cr.set_line_width((3.5 if box.is_target else 2.0) * unit)
@@ -84,10 +84,10 @@ def _paint_box(cr: Context, box: BoxView, scale: float, fresh: bool, picture_px:
     cr.select_font_face(FONT, cairo.FONT_SLANT_NORMAL, cairo.FONT_WEIGHT_BOLD)
     cr.set_font_size(size)
     wide = cr.text_extents(box.label).x_advance
-    x = max(min(box.left_px, picture_px - wide - 4 * unit), 3 * unit)
+    x = max(min(box.left_px, view.width_px - wide - 4 * unit), 3 * unit)
     y = box.top_px - 5 * unit
     if y < size + 24 * unit:
-        y = min(box.bottom_px + 1.2 * size, picture_px)
+        y = min(box.bottom_px + 1.2 * size, view.height_px - 8 * unit)
     cr.set_source_rgba(*BACKGROUND, 0.8)
     cr.rectangle(x - 3 * unit, y - size, wide + 6 * unit, 1.35 * size)
     cr.fill()

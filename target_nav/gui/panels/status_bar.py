@@ -37,17 +37,18 @@ class StatusBar(Pane):
 
 
 def _chip(cr: Context, x: float, link: LinkView, height: float) -> None:
-    cr.set_source_rgb(*(LINE if link.fresh else ORANGE))
+    fine = link.fresh or link.quiet
+    cr.set_source_rgb(*(LINE if fine else ORANGE))
     cr.rectangle(x + 2, 4, _CHIP_WIDTH - 5, height - 9)
-    if link.fresh:
+    if fine:
         cr.set_line_width(2.0)
         cr.stroke()
     else:
         cr.fill()
-    colour = TEXT if link.fresh else BACKGROUND
-    mark = "✔" if link.fresh else "✘"
+    colour = TEXT if link.fresh else GREY if fine else BACKGROUND
+    mark = "✔" if link.fresh else "–" if fine else "✘"
     middle = x + _CHIP_WIDTH / 2.0 - 0.5
-    text(cr, middle, 23, f"{mark} {link.label}", 13.0, colour, bold=True, width=_CHIP_WIDTH - 8, align=0.5)
+    text(cr, middle, 23, f"{mark} {link.label}", 12.0, colour, bold=True, width=_CHIP_WIDTH - 8, align=0.5)
     text(cr, middle, 44, link.text, 14.0, colour, width=_CHIP_WIDTH - 8, align=0.5)
 
 
