@@ -204,6 +204,7 @@ def test_a_changed_setting_is_saved_and_changes_how_fast_the_robot_is_driven(sta
     for key in ("0", ".", "0", "6"):
         stack.hand.press(key)
     stack.hand.press("Set")
+    stack.hand.place("home")
     stack.screen.shoot("panel-settings-changed")
     wait_until(lambda: "manual.speed_mps" in stack.nav.notice, "the nav process takes the setting")
     saved = yaml.safe_load((stack.run_dir / "settings.yaml").read_text())
@@ -251,11 +252,15 @@ def test_by_hand_nothing_moves_while_a_mission_runs(stack: Stack) -> None:
 def test_every_page_can_be_reached_by_key_and_is_kept_as_a_picture(stack: Stack) -> None:
     stack.screen.key("ctrl+Return")
     wait_until(lambda: stack.nav.requested, "Ctrl+Enter is GO")
+    at_rest = None
     names = ("home", "camera", "map", "tree", "drive", "log", "mission", "settings")
     shown = []
     for number, name in enumerate(names, start=1):
         stack.hand.page(number)
         shown.append(pixels(stack.screen.shoot(f"panel-{number}-{name}")))
+        always = {key: stack.hand.place(key) for key in (*names, "▶ GO", "■ STOP", "PAUSE")}
+        assert always == (at_rest or always), "no page pushes the keys that are always there"
+        at_rest = always
     stack.stop()
     for one, other in itertools.pairwise(shown):
         # below the bar and left of GO and STOP
