@@ -25,7 +25,7 @@ from target_nav.utils.rate import RateKeeper
 log = logging.getLogger(__name__)
 
 POLL_HZ = 20.0
-FRAME_MS = 100
+FRAME_MS = 95
 BEAT_MS = 20
 OLD_S = 1.0
 
@@ -84,6 +84,7 @@ class Application:
             GLib.unix_signal_add(GLib.PRIORITY_HIGH, signal.SIGUSR1, self._tell_places, self._places)
         self._frame()
         window.show()
+        begin_s = time.monotonic()
         self._poller.start()
         GLib.timeout_add(FRAME_MS, self._frame)
         GLib.timeout_add(BEAT_MS, window.beat, priority=GLib.PRIORITY_HIGH)
@@ -93,6 +94,8 @@ class Application:
             self._operator.close()
             self._poller.stop()
             self._model.close()
+            took_s = max(time.monotonic() - begin_s, 1e-3)
+            log.info("%d frames in %.0f s, %.1f frames a second", self._frames, took_s, self._frames / took_s)
         return 1 if self._poller.failure is not None else 0
 
     def _frame(self) -> bool:

@@ -80,7 +80,8 @@ class Strip(Pane):
         else:
             drives = (view.requested and not view.outcome) or view.manual
             limited = f"   (slowed: {view.limited_by})" if view.limited_by and drives else ""
-            words = f"{view.leaf or '-'}: {view.reason}{limited}" if view.leaf or view.reason else ""
+            leaf = "" if view.manual else f"{view.leaf or '-'}: "
+            words = f"{leaf}{view.reason}{limited}" if view.leaf or view.reason else ""
             text(cr, 10, height - 8, words, 16.0, SKY, width=room)
 
     def _tell_said(self, cr: Context, said: Said, width: float, height: float) -> float:
