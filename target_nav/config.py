@@ -78,6 +78,12 @@ class LidarConfig:
     noise_scale: float = quantity(1.0, "1", 0.0, 10.0, "simulator: factor on the measured noise")
     dropout_scale: float = quantity(1.0, "1", 0.0, 3.0, "simulator: factor on the measured drop-outs")
     lost_scan_probability: float = quantity(0.01, "1", 0.0, 1.0, "simulator: a whole turn is lost")
+    true_profile: bool = field(
+        default=False,
+        metadata={
+            "doc": "simulator: a pin is as thin as its shape is at the LiDAR's height, not as its belly"
+        },
+    )
     range_offset_m: float = quantity(0.0, "m", -0.1, 0.1, "simulator: every range is too long by this")
 
 
@@ -264,6 +270,15 @@ class OdometryConfig:
 
 
 @dataclass(frozen=True)
+class GoalConfig:
+    """Where a mission goes that names no place of its own (trees/go_to_point.xml): in odom, home by default."""
+
+    x_m: float = quantity(0.0, "m", -1000.0, 1000.0, "forward of where odometry began")
+    y_m: float = quantity(0.0, "m", -1000.0, 1000.0, "to the left of where odometry began")
+    within_m: float = quantity(0.10, "m", 0.03, 5.0, "base_link as near as this is there")
+
+
+@dataclass(frozen=True)
 class IpcConfig:
     prefix: str = field(default="v2n", metadata={"doc": "of the channels' names in /dev/shm"})
 
@@ -286,6 +301,7 @@ class Config:
     serial: SerialConfig = SerialConfig()
     ipc: IpcConfig = IpcConfig()
     odometry: OdometryConfig = OdometryConfig()
+    goal: GoalConfig = GoalConfig()
 
     def override(self, values: Mapping[str, object], source: str = "override") -> Config:
         """A copy with dotted keys replaced: `override({"lidar.rate_hz": 10.0})`.

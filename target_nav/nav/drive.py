@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from target_nav.config import Config
+from target_nav.nav.drive_step import Drive
 from target_nav.nav.footprint import FAR_M, Footprint
 from target_nav.nav.room import Room
 from target_nav.nav.route import Route, RoutePlanner
@@ -43,22 +44,15 @@ _CREEP_MPS = 0.06
 
 
 @dataclass(frozen=True)
-class Drive:
-    """One step. `cost_to_go_m` is infinite when there is no way; `at_goal` when it stands on one of the spots."""
-
-    twist: Twist2D
-    cost_to_go_m: float
-    at_goal: bool
-    reason: str
-
-
-@dataclass(frozen=True)
 class _Leg:
     """Where to steer for now, in base_link; how far the last spot is (`FAR_M`: out of sight); the cost to it."""
 
     next_m: tuple[float, float]
     end_m: float
     cost_to_go_m: float
+
+
+__all__ = ["Drive", "Driver"]
 
 
 class Driver:
@@ -77,6 +71,11 @@ class Driver:
     def reach_m(self) -> float:
         """How far off the view is known to show obstacles."""
         return self._memory.reach_m
+
+    @property
+    def next_m(self) -> tuple[float, float] | None:
+        """Where it is heading for in odom; None without a way."""
+        return None if self.route is None else self.route.next_m
 
     @property
     def route(self) -> Route | None:
@@ -105,6 +104,7 @@ class Driver:
         face_top_radps: float = 0.8,
         straight_to_m: tuple[float, float] | None = None,
         extra_points_m: FloatArray | None = None,
+        at_goal_m: float = _AT_GOAL_M,
         limit_m: float = 15.0,
     ) -> Drive:
         """One tick towards the goals: spots in odom, shape (M, 3): x, y, extra cost.
@@ -118,7 +118,7 @@ class Driver:
         leg = self._leg(view, goals, straight_to_m, extra_points_m, limit_m)
         if leg is None:
             return Drive(self._look(view, face_rad), math.inf, False, "no way")
-        if leg.end_m < _AT_GOAL_M:
+        if leg.end_m < at_goal_m:
             return Drive(self._look(view, face_rad), 0.0, True, "there")
         if extra_points_m is not None and len(extra_points_m):
             points = np.vstack([points, extra_points_m])

@@ -24,6 +24,7 @@ from target_nav.sim.arena_types import (
     Obstacle,
     PlacedObject,
     WallObstacle,
+    config_for_goal,
 )
 from target_nav.sim.objects import OBJECTS, unknown_class
 from target_nav.state.types import Pose2D
@@ -112,6 +113,8 @@ class _ArenaReader:
         expect = self._expect(keys)
         if bounds is None or robot is None:
             return None
+        if goal is not None:
+            config = config_for_goal(config, robot, goal)
         return Arena(
             name=name or "",
             bounds=bounds,

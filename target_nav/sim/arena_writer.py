@@ -26,7 +26,12 @@ def arena_text(arena: Arena, config: Config) -> str:
     data["obstacles"] = [_obstacle(obstacle) for obstacle in arena.obstacles]
     data["decoys"] = [_thing(decoy) for decoy in arena.decoys]
     usual = {key: value for key, value, _ in config.items()}
-    data["profile"] = {key: value for key, value, _ in arena.config.items() if value != usual[key]}
+    # where to go is said by the goal itself
+    data["profile"] = {
+        key: value
+        for key, value, _ in arena.config.items()
+        if value != usual[key] and not (arena.goal is not None and key.startswith("goal."))
+    }
     data["time_limit_s"] = arena.time_limit_s
     data["expect"] = arena.expect
     if arena.kind:

@@ -19,7 +19,6 @@ from target_nav.sim.arena_checks import geometry_problems
 from target_nav.sim.arena_types import ARRIVED, NOT_FOUND, Arena, Bounds
 from target_nav.sim.draft import Draft
 from target_nav.sim.generator_kinds import KINDS
-from target_nav.sim.solvable import Solver
 from target_nav.state.types import Pose2D
 
 LEVELS = (1, 2, 3, 4)
@@ -102,6 +101,9 @@ def _draw(
         kind=kind,
         level=level,
     )
+    # scipy takes as long to import as a short run: only who generates arenas waits for it
+    from target_nav.sim.solvable import Solver
+
     if any(geometry_problems(arena)) or not Solver(arena).is_solvable():
         return None
     return arena

@@ -12,7 +12,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label
-from scipy.signal import fftconvolve
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
@@ -73,20 +72,26 @@ class Solver:
 
     def _free(self) -> BoolGrid:
         """Shape (HEADINGS, rows, columns)."""
-        occupied = self._occupied().astype(np.float64)
-        free = np.empty((HEADINGS, *self._shape), dtype=np.bool_)
+        rows, columns = self._shape
+        reach = self._reach_cells()
+        # convolved by way of Fourier, large enough that nothing wraps round into the room
+        size = (rows + 2 * reach, columns + 2 * reach)
+        occupied = np.fft.rfft2(self._occupied(), size)
+        free = np.empty((HEADINGS, rows, columns), dtype=np.bool_)
         # a body as long before base_link as behind it looks the same from behind
         layers = HEADINGS // 2 if self._body.front_m == self._body.rear_m else HEADINGS
         for heading in range(layers):
             mask = self._mask(2.0 * math.pi * heading / HEADINGS)
-            touched = fftconvolve(occupied, mask, mode="same")
-            free[heading::layers] = touched < 0.5
+            touched = np.fft.irfft2(occupied * np.fft.rfft2(mask, size), size)
+            free[heading::layers] = touched[reach : reach + rows, reach : reach + columns] < 0.5
         return free
+
+    def _reach_cells(self) -> int:
+        return math.ceil((self._body.circumscribed_radius_m + 2.0 * self._margin_m) / CELL_M)
 
     def _mask(self, yaw_rad: float) -> FloatArray:
         """The grown footprint, mirrored, as a convolution asks for it."""
-        body, grow = self._body, self._margin_m
-        reach = math.ceil((body.circumscribed_radius_m + 2.0 * grow) / CELL_M)
+        body, grow, reach = self._body, self._margin_m, self._reach_cells()
         steps = np.arange(-reach, reach + 1) * CELL_M
         dx, dy = -steps[None, :], -steps[:, None]
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)

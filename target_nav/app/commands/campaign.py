@@ -23,9 +23,10 @@ from target_nav.app.campaign import (
 from target_nav.app.campaign_table import campaign_table
 from target_nav.app.paths import REFERENCE_MISSION, mission_path
 from target_nav.app.terminal import table_console
+from target_nav.app.virtual import RunResult
 from target_nav.config import Config
 from target_nav.mission import load_mission
-from target_nav.sim.arena import list_arenas, load_arena
+from target_nav.sim.arena import GROUPS, list_arenas, load_arena
 from target_nav.sim.arena_writer import write_arena
 from target_nav.sim.generator import GeneratedName
 
@@ -39,7 +40,7 @@ TOLD = 20
     "--arenas",
     "first_arena",
     metavar="PATH...",
-    help="Arena files, folders or names; default: all that are shipped.",
+    help="Arena files, folders or names, `complaints` or `goals`; default: all that are shipped.",
 )
 @click.argument("more_arenas", nargs=-1, metavar="")
 @click.option("--seeds", default=1, show_default=True, type=click.IntRange(1), help="Runs per arena.")
@@ -142,13 +143,16 @@ def _tell_failures(failed: Sequence[TimedResult], pictures: Path) -> None:
     for timed in failed[:TOLD]:
         r = timed.result
         touched = ", COLLIDED" if r.collided else ""
-        click.echo(
-            f"{r.arena} ({r.kind or 'named'} {r.level or ''}) seed {r.seed}: {r.outcome}, {r.reason}{touched}"
-        )
+        click.echo(f"{_what(r)}, seed {r.seed}: {r.outcome}, {r.reason or 'no reason'}{touched}")
         click.echo(f"  {replay_command(timed.order)}")
         click.echo(f"  {_picture(timed, pictures)}")
     if len(failed) > TOLD:
         click.echo(f"and {len(failed) - TOLD} more: see --json")
+
+
+def _what(result: RunResult) -> str:
+    """As `generated_3_46 (no_pin, level 4)`."""
+    return f"{result.arena} ({result.kind}, level {result.level})" if result.level else result.arena
 
 
 def _picture(timed: TimedResult, folder: Path) -> Path | str:
@@ -162,7 +166,7 @@ def _picture(timed: TimedResult, folder: Path) -> Path | str:
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{r.arena}-{r.seed}.png"
     arena = load_arena(timed.order.arena)
-    title = f"{r.arena} ({r.kind} {r.level}), seed {r.seed}: {outcome_line(r.as_json())}"
+    title = f"{_what(r)}, seed {r.seed}: {outcome_line(r.as_json())}"
     draw_run(path, arena, r.trace, r.state_changes, title)
     return path
 
@@ -179,6 +183,9 @@ def _expand(given: list[str]) -> list[str]:
         return list_arenas()
     found: list[str] = []
     for item in given:
+        if item in GROUPS and not Path(item).exists():
+            found.extend(list_arenas(item))
+            continue
         path = Path(item)
         found.extend(str(p) for p in sorted(path.glob("*.yaml"))) if path.is_dir() else found.append(item)
     return found
