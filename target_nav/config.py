@@ -223,6 +223,17 @@ class SearchConfig:
 
 
 @dataclass(frozen=True)
+class ManualConfig:
+    """Driving by hand, from the panel or the console."""
+
+    speed_mps: float = quantity(0.15, "m/s", 0.02, 2.0, "ahead and sideways while a key or the pad is held")
+    yaw_rate_radps: float = quantity(0.6, "rad/s", 0.05, 3.0, "turning while a key or the pad is held")
+    timeout_s: float = quantity(
+        0.2, "s", 0.1, 1.0, "deadman: no word for so long that it is still held, and the wheels stop"
+    )
+
+
+@dataclass(frozen=True)
 class ArrivalConfig:
     confirm_s: float = quantity(0.3, "s", 0.0, 5.0, "signals must agree for so long (reference)")
     range_tolerance_m: float = quantity(0.03, "m", 0.001, 0.5, "stand-off is met within this")
@@ -300,6 +311,7 @@ class Config:
     approach: ApproachConfig = ApproachConfig()
     search: SearchConfig = SearchConfig()
     arrival: ArrivalConfig = ArrivalConfig()
+    manual: ManualConfig = ManualConfig()
     detector: DetectorConfig = DetectorConfig()
     serial: SerialConfig = SerialConfig()
     ipc: IpcConfig = IpcConfig()

@@ -21,6 +21,7 @@ COMMANDS = {
     "render": "target_nav.app.commands.render",
     "test": "target_nav.app.commands.test",
     "replay": "target_nav.app.commands.replay",
+    "gui": "target_nav.app.commands.gui",
     "calibrate": "target_nav.app.commands.calibrate",
     "doctor": "target_nav.app.commands.doctor",
     "say": "target_nav.app.commands.say",

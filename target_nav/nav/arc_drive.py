@@ -21,7 +21,7 @@ from target_nav.nav.nearest_point import NearestPoint
 from target_nav.nav.route_memory import RouteMemory
 from target_nav.nav.skill import View
 from target_nav.nav.speed import YawControl, braking_speed_mps, over_dead_band, within_limits
-from target_nav.state.types import STOP, FloatArray, Twist2D
+from target_nav.state.types import STOP, Avoidance, FloatArray, Twist2D
 from target_nav.utils.frames import points_to_parent
 
 _REPLAN_S = 0.2
@@ -74,6 +74,9 @@ class ArcDriver:
     def next_m(self) -> tuple[float, float] | None:
         """Where it is heading for in odom, to be kept off when it stuck there: an arc has no such place."""
         return None
+
+    avoidance: Avoidance | None = None
+    """It chooses arcs, not one of VFH's directions: there is none to look at."""
 
     @property
     def reach_m(self) -> float:

@@ -28,7 +28,7 @@ from target_nav.nav.speed import (
 )
 from target_nav.nav.steering import BodySteering
 from target_nav.nav.vfh import Steering
-from target_nav.state.types import STOP, FloatArray, Twist2D
+from target_nav.state.types import STOP, Avoidance, FloatArray, Twist2D
 from target_nav.utils.frames import points_to_parent, to_child, wrap_angle
 
 _REPLAN_S = 0.3
@@ -78,6 +78,11 @@ class Driver:
         return None if self.route is None else self.route.next_m
 
     @property
+    def avoidance(self) -> Avoidance | None:
+        """What the last `drive` chose, for a person to look at; None when it chose nothing."""
+        return self._steering.avoidance
+
+    @property
     def route(self) -> Route | None:
         return self._planner.route
 
@@ -115,6 +120,7 @@ class Driver:
         `extra_points_m` are further things to keep off, in base_link. `limit_m` bounds the cost of a way.
         """
         points = view.obstacles_in_base_m
+        self._steering.avoidance = None
         leg = self._leg(view, goals, straight_to_m, extra_points_m, limit_m)
         if leg is None:
             return Drive(self._look(view, face_rad), math.inf, False, "no way")

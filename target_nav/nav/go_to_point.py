@@ -14,7 +14,7 @@ from target_nav.nav.guarded import GuardedSkill
 from target_nav.nav.progress import Progress
 from target_nav.nav.recovery import Recovery
 from target_nav.nav.skill import SkillStatus, SkillStep, View
-from target_nav.state.types import STOP, FloatArray
+from target_nav.state.types import STOP, Avoidance, FloatArray
 
 if TYPE_CHECKING:
     from target_nav.nav.arc_drive import ArcDriver
@@ -49,6 +49,11 @@ class GoToPoint(GuardedSkill):
         self._recovery = Recovery(config, _ATTEMPTS)
         # driven to more closely than asked for, or it would stop right at the edge
         self._spots: FloatArray = np.array([[x_m, y_m, 0.0]])
+
+    @property
+    def avoidance(self) -> Avoidance | None:
+        """What VFH saw and chose when it last drove."""
+        return self._driver.avoidance
 
     def _begin(self, view: View) -> None:
         self._started_s = view.now_s

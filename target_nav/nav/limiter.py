@@ -43,13 +43,17 @@ class Limited:
 
 class VelocityLimiter:
     def __init__(self, config: Config) -> None:
+        self.configure(config)
+        self._sent = STOP
+        self._measured = STOP
+
+    def configure(self, config: Config) -> None:
+        """Other limits from the next tick on; what is being sent goes over to them within those of acceleration."""
         self._robot = config.robot
         self._avoid = config.avoid
         self._loop = config.loop
         self._body = Footprint.of(config.robot)
         self._radius_m = self._body.circumscribed_radius_m
-        self._sent = STOP
-        self._measured = STOP
 
     def reset(self) -> None:
         """Begin from standstill."""

@@ -23,7 +23,7 @@ from target_nav.nav.skill import SkillStatus, SkillStep, View
 from target_nav.nav.speed import YawControl, over_dead_band, within_limits
 from target_nav.nav.spiral import spiral, spots_round
 from target_nav.nav.viewpoints import Verdict, Viewpoints
-from target_nav.state.types import STOP, Pose2D, Twist2D
+from target_nav.state.types import STOP, Avoidance, Pose2D, Twist2D
 from target_nav.utils.frames import to_parent, wrap_angle
 
 _LOOK_EVERY_S = 0.25
@@ -80,6 +80,11 @@ class SpiralSearch(GuardedSkill):
     def unseen_m2(self) -> float:
         """How much of the grid round the start has not been looked at yet, whether it is floor or not."""
         return self._coverage.unseen_m2
+
+    @property
+    def avoidance(self) -> Avoidance | None:
+        """What VFH saw and chose when it last drove."""
+        return self._driver.avoidance
 
     def _begin(self, view: View) -> None:
         self._glimpse.reset()

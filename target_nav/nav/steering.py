@@ -14,7 +14,7 @@ from target_nav.config import Config
 from target_nav.nav.footprint import Footprint
 from target_nav.nav.skill import View
 from target_nav.nav.vfh import Steering, Vfh
-from target_nav.state.types import FloatArray, Twist2D
+from target_nav.state.types import Avoidance, FloatArray, Twist2D
 
 _TURNED_SIGHT_M = 0.5
 _STRAFE_SIGHT_M = 0.8
@@ -40,6 +40,9 @@ class BodySteering:
         self.along_the_way = not self._holonomic
         """The front has to point in the direction of motion."""
 
+    avoidance: Avoidance | None = None
+    """What was chosen last, and out of what."""
+
     def steer(
         self, view: View, points_m: FloatArray, goal_m: tuple[float, float], face_rad: float | None
     ) -> Steering | None:
@@ -53,13 +56,19 @@ class BodySteering:
         twist = view.twist_in_base
         moves = twist.speed_mps > _MOVES_MPS
         vfh = self._turned if self.along_the_way else self._strafing
-        return vfh.steer(
+        chosen = vfh.steer(
             points_m,
             yaw_rad=view.pose_in_odom.yaw_rad,
             goal_rad=goal_rad,
             goal_m=away_m,
             motion_rad=math.atan2(twist.vy_mps, twist.vx_mps) if moves else None,
         )
+        free = vfh.free_sectors_m
+        if chosen is not None and free is not None:
+            self.avoidance = Avoidance(
+                chosen.direction_rad, chosen.free_m, self.along_the_way, vfh.directions_rad, free
+            )
+        return chosen
 
     def _choose(self, points_m: FloatArray, goal_rad: float, goal_m: float, face_rad: float) -> None:
         if not self.along_the_way:
