@@ -151,6 +151,7 @@ setup(
             "lidar_node = target_nav.app.lidar_node:main",
             "bag_recorder = target_nav.app.bag_recorder:main",
             "detector_node = target_nav.app.detector_node:main",
+            "gui = target_nav.app.gui_launch:main",
             "sim = target_nav.app.sim_node:main",
             # As py_trees_ros has them; where that is installed these hand over to it.
             "py-trees-tree-watcher = target_nav.app.tree_watcher:main",

@@ -19,6 +19,7 @@ COMMANDS = {
     "render": "target_nav.app.commands.render",
     "test": "target_nav.app.commands.test",
     "replay": "target_nav.app.commands.replay",
+    "gui": "target_nav.app.commands.gui",
     "doctor": "target_nav.app.commands.doctor",
     "say": "target_nav.app.commands.say",
     "status": "target_nav.app.commands.status",

@@ -127,7 +127,9 @@ class NavIo:
         return injected
 
     def _publish_twist(self, snapshot: NavSnapshot) -> None:
-        active = (snapshot.requested and snapshot.outcome is None) or snapshot.twist_sent != STOP
+        # driving by hand begins with zeros too: the firmware tells its odometry only while somebody drives
+        wanted = (snapshot.requested and snapshot.outcome is None) or snapshot.manual
+        active = wanted or snapshot.twist_sent != STOP
         if active:
             self._quiet_from_s = snapshot.stamp_s + QUIET_AFTER_S
         if self._quiet_from_s is not None and snapshot.stamp_s <= self._quiet_from_s:

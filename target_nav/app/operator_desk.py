@@ -7,6 +7,7 @@ waits until no mission is wanted, so a mission and a person never pull at the sa
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable
 
 from target_nav.app.world_board import WorldBoard
@@ -20,6 +21,9 @@ from target_nav.state.types import Command, CommandKind, TargetSpec
 log = logging.getLogger(__name__)
 
 FIRMWARE_STOP = "STOP"
+MOTOR_TEST = "TMOTOR,"
+MOTOR_HOLD_S = 0.5
+"""A motor test is said again while its key is held, as manual drive is; the firmware alone would go on for 30 s."""
 _TARGET_LIMITS_M = (0.01, 5.0)
 
 
@@ -42,6 +46,7 @@ class OperatorDesk:
         self._load_asked = ""
         self._for_firmware: list[str] = []
         self._firmware_busy = False
+        self._motor_line, self._motor_held_s = "", math.inf
         self._obey = {
             CommandKind.MANUAL: self._drive_by_hand,
             CommandKind.SETTING: self._change_setting,
@@ -62,6 +67,7 @@ class OperatorDesk:
     def end_by_hand(self) -> None:
         """GO and STOP end what a person does with the wheels, a motor test included."""
         self.manual.release()
+        self._motor_line, self._motor_held_s = "", math.inf
         if self._firmware_busy:
             self._for_firmware.append(FIRMWARE_STOP)
             self._firmware_busy = False
@@ -71,8 +77,12 @@ class OperatorDesk:
         asked, self._load_asked = self._load_asked, ""
         return asked
 
-    def take_firmware_lines(self) -> tuple[str, ...]:
-        """Lines for the firmware that came since the last call."""
+    def take_firmware_lines(self, now_s: float) -> tuple[str, ...]:
+        """Lines for the firmware that came since the last call; STOP once a motor test is not held any more."""
+        if now_s - self._motor_held_s > MOTOR_HOLD_S:
+            self._motor_line, self._motor_held_s = "", math.inf
+            self._for_firmware.append(FIRMWARE_STOP)
+            self._firmware_busy = False
         lines = tuple(self._for_firmware)
         self._for_firmware.clear()
         return lines
@@ -121,9 +131,14 @@ class OperatorDesk:
     def _to_firmware(self, command: Command) -> None:
         line = command.argument.strip()
         if line == FIRMWARE_STOP:
+            self._motor_line, self._motor_held_s = "", math.inf
             self._for_firmware.append(line)
             self._firmware_busy = False
+        elif line.startswith(MOTOR_TEST) and line == self._motor_line and not self._mission_wanted():
+            self._motor_held_s = command.stamp_s
         elif self._may(line):
+            if line.startswith(MOTOR_TEST):
+                self._motor_line, self._motor_held_s = line, command.stamp_s
             self.manual.release()
             self._for_firmware.append(line)
             self._firmware_busy = True

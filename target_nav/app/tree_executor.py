@@ -137,7 +137,7 @@ def _loop(parts: _Loop, config: Config) -> None:
         for command in parts.services.take():
             parts.io.inject(command)
         record = core.tick(now_s, loop)
-        for line in core.operator.take_firmware_lines():
+        for line in core.operator.take_firmware_lines(now_s):
             parts.io.send_to_firmware(line)
         parts.streams.after_tick(now_s, ros.clock.now_s())
         parts.reload.after_tick(record)

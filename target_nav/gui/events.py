@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections import deque
 from collections.abc import Callable
@@ -10,6 +11,8 @@ from dataclasses import dataclass
 from target_nav.gui.view_status import StatusView
 
 CAPACITY = 300
+LOOKS_TO_BE_LOST = 15
+"""Looks in a row, at 20 Hz, before a stale source is a line of the log; the screen greys it out at once."""
 
 INFO, GOOD, WARN, BAD = "info", "good", "warn", "bad"
 
@@ -31,16 +34,21 @@ class EventLog:
         self._events: deque[Event] = deque(maxlen=CAPACITY)
         self._clock_text = clock_text
         self._count = 0
+        self._lock = threading.Lock()
         self._last: StatusView | None = None
+        self._bad_looks: dict[str, int] = {}
 
     @property
     def events(self) -> tuple[Event, ...]:
         """Oldest first."""
-        return tuple(self._events)
+        with self._lock:
+            return tuple(self._events)
 
     def add(self, text: str, level: str = INFO) -> None:
-        self._count += 1
-        self._events.append(Event(self._count, self._clock_text(), level, text))
+        """From any thread."""
+        with self._lock:
+            self._count += 1
+            self._events.append(Event(self._count, self._clock_text(), level, text))
 
     def see(self, now: StatusView) -> None:
         """Compare with the last look, and write down what has changed."""
@@ -66,11 +74,15 @@ class EventLog:
             self.add(now.notice, WARN if "not while" in now.notice or "must" in now.notice else INFO)
 
     def _see_links(self, before: StatusView, now: StatusView) -> None:
-        was_fresh = {link.name: link.fresh for link in before.links}
         for link in now.links:
-            if link.fresh and not was_fresh.get(link.name, False):
-                self.add(f"{link.label} is there", GOOD)
-            elif not link.fresh and was_fresh.get(link.name, True):
+            fine = link.fresh or link.quiet
+            if fine:
+                if self._bad_looks.pop(link.name, 0) >= LOOKS_TO_BE_LOST:
+                    self.add(f"{link.label} is there", GOOD)
+                continue
+            # a source that hiccups, or begins to talk when the robot begins to drive, is not lost
+            looks = self._bad_looks[link.name] = self._bad_looks.get(link.name, 0) + 1
+            if looks == LOOKS_TO_BE_LOST:
                 self.add(f"{link.label} lost: {link.problem}", BAD)
         for name in now.dead:
             if name not in before.dead:

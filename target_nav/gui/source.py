@@ -64,7 +64,7 @@ class Link(Generic[T]):
         if self.fresh:
             return ""
         if self.problem:
-            return self.problem
+            return f"{self.name}: {self.problem}"
         if self.value is None:
             return f"no {self.name} yet; is process {self.process} running?"
         return f"{self.name} {age_text(self.age_s)} old (limit {self.limit_s:g} s)"

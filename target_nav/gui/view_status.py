@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from target_nav.config import Config
 from target_nav.gui.source import World, age_text
@@ -23,7 +23,10 @@ STATE_TEXT = {
 
 @dataclass(frozen=True)
 class LinkView:
-    """One source. `label` is a word for a small screen, `text` its age, `problem` what is wrong in a sentence."""
+    """One source. `label` is a word for a small screen, `text` its age, `problem` what is wrong in a sentence.
+
+    `quiet`: it is silent because nobody drives, which is as it should be: the firmware tells odometry only then.
+    """
 
     name: str
     label: str
@@ -32,6 +35,7 @@ class LinkView:
     fresh: bool
     text: str
     problem: str
+    quiet: bool = False
 
 
 @dataclass(frozen=True)
@@ -114,11 +118,9 @@ def link_views(world: World, config: Config) -> tuple[LinkView, ...]:
     return (
         _link("nav", "nav", world.nav.age_s, world.nav.limit_s, world.nav.excuse),
         _link("scan", "LiDAR", scan_s, loop.scan_max_age_s, told or "no scan; is the LiDAR running?"),
-        _link(
-            "odom", "odom", odom_s, loop.odom_max_age_s, told or "no odometry; is the arduino node running?"
-        ),
-        _link("det", "detect", world.det.age_s, world.det.limit_s, world.det.excuse),
-        _link("camera", "picture", world.camera.age_s, world.camera.limit_s, world.camera.excuse),
+        _odometry(world, odom_s, loop.odom_max_age_s, told),
+        _link("det", "boxes", world.det.age_s, world.det.limit_s, world.det.excuse),
+        _link("camera", "image", world.camera.age_s, world.camera.limit_s, world.camera.excuse),
         _link("tree", "tree", world.tree.age_s, world.tree.limit_s, world.tree.excuse),
     )
 
@@ -138,8 +140,17 @@ def _link(name: str, label: str, age_s: float, limit_s: float, problem: str) -> 
     return LinkView(name, label, age_s, limit_s, fresh, age_text(age_s), "" if fresh else problem)
 
 
+def _odometry(world: World, age_s: float, limit_s: float, told: str) -> LinkView:
+    nav = world.nav.value
+    drives = nav is None or (nav.requested and nav.outcome is None) or nav.manual
+    link = _link("odom", "odom", age_s, limit_s, told or "no odometry; is the arduino node running?")
+    if link.fresh or drives or not world.nav.fresh:
+        return link
+    return replace(link, text="quiet", problem="", quiet=True)
+
+
 def _banner(world: World, links: tuple[LinkView, ...], dead: tuple[str, ...]) -> str:
     if dead:
         return f"process {', '.join(dead)} is down"
-    stale = [link for link in links if not link.fresh]
+    stale = [link for link in links if not link.fresh and not link.quiet]
     return stale[0].problem if stale else ""
