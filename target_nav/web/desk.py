@@ -12,6 +12,7 @@ import math
 import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
 from target_nav.config import Config
@@ -61,7 +62,7 @@ class OperatorDesk:
         self.last = said
         while said.acknowledged_s is None and not said.problem and not said.is_late(time.monotonic()):
             await asyncio.sleep(POLL_S)
-            said = await self._in_thread(lambda said=said: self._port.poll_for(said))
+            said = await self._in_thread(partial(self._port.poll_for, said))
         if self.last is not None and self.last.said_s <= said.said_s:
             self.last = said
         if self._port.waiting and (self._repeating is None or self._repeating.done()):
@@ -114,7 +115,7 @@ class OperatorDesk:
     async def _drive_on(self) -> None:
         while (twist := self._next_twist) is not None:
             self._next_twist = None
-            said = await self._in_thread(lambda t=twist: self._port.drive(t))
+            said = await self._in_thread(partial(self._port.drive, twist))
             self.drive_problem = said.problem
 
     # ------------------------------------------------------------------------------------------------------------------

@@ -52,7 +52,8 @@ class Helper:
             self._stay()
             try:
                 process = await self._started()
-                assert process.stdin is not None and process.stdout is not None
+                assert process.stdin is not None
+                assert process.stdout is not None
                 process.stdin.write(json.dumps({"what": what, **arguments}).encode() + b"\n")
                 await process.stdin.drain()
                 line = await asyncio.wait_for(process.stdout.readline(), self._patience_s)

@@ -43,10 +43,10 @@ class MissionFolder:
         """Missions first, then what they include."""
         found = []
         for path in sorted(self.folder.rglob("*")):
-            inside = path.relative_to(self.folder)
-            if path.suffix in SUFFIXES and not _NOT_MISSIONS & set(inside.parts) and path.is_file():
-                if all(_PART.fullmatch(part) for part in inside.parts) and not path.is_symlink():
-                    found.append(inside.as_posix())
+            parts = path.relative_to(self.folder).parts
+            named = path.suffix in SUFFIXES and all(_PART.fullmatch(part) for part in parts)
+            if named and not _NOT_MISSIONS & set(parts) and path.is_file() and not path.is_symlink():
+                found.append("/".join(parts))
             if len(found) >= MOST_FILES:
                 break
         return sorted(found, key=lambda name: (name.count("/"), name))

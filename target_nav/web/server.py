@@ -33,6 +33,7 @@ STATIC = Path(__file__).parent / "static"
 MOST_MESSAGE_BYTES = 2_000_000
 MOST_BODY_BYTES = 100_000
 MOST_VIEWERS = 32
+_PUBLIC: tuple[str, ...] = ("status", "arrival", "tree")
 
 HEADERS = {
     b"content-security-policy": b"default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
@@ -117,7 +118,7 @@ class Site:
         if self._role(request) is None:
             return _error(401, "wrong token")
         sections = self.console.feed.latest.sections
-        wanted = {name: sections[name] for name in ("status", "arrival", "tree") if name in sections}
+        wanted: dict[str, str] = {name: sections[name] for name in _PUBLIC if name in sections}
         return Response(f"{{{joined(wanted)}}}", media_type="application/json")
 
     async def _api(self, request: Request) -> Response:
