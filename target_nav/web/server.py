@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import ctypes
 import errno
 import logging
 import signal
 import socket
 from collections.abc import AsyncIterator, Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
-from starlette.routing import Mount, Route, WebSocketRoute
-from starlette.staticfiles import StaticFiles
+from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
@@ -25,14 +24,16 @@ from target_nav.errors import ConfigError, DeviceError, TargetNavError
 from target_nav.web.access import Role
 from target_nav.web.console import AccessRefused, Console
 from target_nav.web.encode import joined
+from target_nav.web.static_files import StaticTable
 from target_nav.web.viewer import Viewer
 
 log = logging.getLogger(__name__)
 
-STATIC = Path(__file__).parent / "static"
 MOST_MESSAGE_BYTES = 2_000_000
 MOST_BODY_BYTES = 100_000
 MOST_VIEWERS = 32
+_M_ARENA_MAX = -8
+"""Of glibc's malloc.h."""
 _PUBLIC: tuple[str, ...] = ("status", "arrival", "tree")
 
 HEADERS = {
@@ -58,13 +59,14 @@ class Site:
     def __init__(self, make: ConsoleMaker) -> None:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._viewers: set[Viewer] = set()
+        self._files = StaticTable()
         self.console = make(self._look_is_there)
         routes = [
             Route("/", self._page),
             WebSocketRoute("/ws", self._socket),
             Route("/api/status", self._status),
             Route("/api/{what}", self._api, methods=["POST"]),
-            Mount("/static", StaticFiles(directory=STATIC)),
+            Route("/static/{name:path}", self._static),
         ]
         self.app: ASGIApp = _Guard(Starlette(routes=routes, lifespan=self._lifespan), self.console)
 
@@ -93,7 +95,10 @@ class Site:
             viewer.wake()
 
     async def _page(self, request: Request) -> Response:
-        return FileResponse(STATIC / "index.html")
+        return self._files.answer("index.html", request)
+
+    async def _static(self, request: Request) -> Response:
+        return self._files.answer(request.path_params["name"], request)
 
     async def _socket(self, socket: WebSocket) -> None:
         headers = socket.headers
@@ -212,6 +217,12 @@ def bind(host: str, port: int) -> socket.socket:
         )
         raise DeviceError(f"cannot listen on {host}:{port}: {error.strerror}; {advice}") from error
     return listener
+
+
+def keep_small() -> None:
+    """Two heaps for all threads: glibc gives each thread one of its own, and none ever shrinks."""
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).mallopt(_M_ARENA_MAX, 2)
 
 
 async def serve(site: Site, listener: socket.socket) -> None:

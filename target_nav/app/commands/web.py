@@ -88,7 +88,7 @@ def command(
     for package in ("starlette", "uvicorn", "websockets"):
         require_extra(package, "web")
     from target_nav.web.access import Access
-    from target_nav.web.server import Site, bind, serve
+    from target_nav.web.server import Site, bind, keep_small, serve
 
     logging.basicConfig(
         level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s", datefmt="%H:%M:%S"
@@ -105,6 +105,7 @@ def command(
     def make(wake: Callable[[], None]) -> Console:
         return console_of(settings, access, missions_folder or mission_folder(), runs, wake)
 
+    keep_small()
     with bind(host, port) as listener:
         say_addresses(host, listener.getsockname()[1], access, shown=token is None)
         asyncio.run(serve(Site(make), listener))

@@ -33,7 +33,7 @@ export function mountCamera(store, link) {
     const label = `${each.is_target ? "◎ " : ""}${each.label}`;
     const width = context.measureText(label).width + 12;
     const left = Math.max(2, Math.min(x - 1, store.cameraWidth - width - 2));
-    const top = y > 24 ? y - 22 : y + t + 3;
+    const top = y > 24 ? y - 22 : y + t + 24 < store.cameraHeight ? y + t + 3 : Math.max(y, 0) + 4;
     context.fillStyle = "rgb(12 16 20 / .82)";
     context.beginPath();
     context.roundRect(left, top, width, 20, 5);
@@ -44,11 +44,11 @@ export function mountCamera(store, link) {
 
   store.onDraw(() => {
     const view = store.shown.camera;
-    if (!view) return;
+    if (!view || pad.width < 40) return;
     const context = pad.begin();
     const scale = Math.min(pad.width / view.width_px, pad.height / view.height_px);
     const [w, t] = [view.width_px * scale, view.height_px * scale];
-    store.cameraWidth = w;
+    [store.cameraWidth, store.cameraHeight] = [w, t];
     context.save();
     context.translate((pad.width - w) / 2, (pad.height - t) / 2);
     context.fillStyle = colors.raised;

@@ -11,7 +11,7 @@ export function mountMap(store) {
 
   store.onDraw(() => {
     const live = store.live.map;
-    if (!live && !store.past?.path_m) return;
+    if ((!live && !store.past?.path_m) || pad.width < 40) return;
     const view = store.past?.path_m ? store.past : live;
     const pose = store.past ? store.past.sections.pose : live.pose;
     const bounds = store.past?.path_m ? store.past.bounds : live;

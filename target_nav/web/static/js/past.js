@@ -121,13 +121,17 @@ export function mountPast(store, link) {
   }
 
   const source = $("past-source");
+  let listed = null;
   async function listRuns() {
     const runs = await link.ask("runs");
+    const names = runs.map((each) => each.name).join();
+    // not under the hand of somebody who is choosing
+    if (names === listed || document.activeElement === source) return;
+    listed = names;
     source.replaceChildren(h("option", { value: "" }, "This stack"), ...runs.map((each) => h("option", { value: each.name }, `Recording ${each.name}`)));
     source.value = run?.name ?? "";
   }
-  source.addEventListener("pointerdown", () => listRuns().catch(() => {}));
-  source.addEventListener("focus", () => listRuns().catch(() => {}));
+  setInterval(() => link.open && !document.hidden && listRuns().catch(() => {}), 10000);
   source.addEventListener("change", async () => {
     const name = source.value;
     if (!name) return live();
@@ -148,7 +152,7 @@ export function mountPast(store, link) {
   });
 
   store.onDraw(() => {
-    draw(pad, marks(), range(), at);
+    if (pad.width > 40) draw(pad, marks(), range(), at);
     const mark = at === null ? null : marks().find((each) => each[0] === at);
     const last = marks().at(-1);
     $("past-live").hidden = at === null;

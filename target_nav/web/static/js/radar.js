@@ -46,7 +46,7 @@ export function mountRadar(store) {
 
   store.onDraw(() => {
     const view = store.shown.radar;
-    if (!view) return;
+    if (!view || pad.width < 40) return;
     const context = pad.begin();
     const range = RANGES[zoom];
     const scale = (Math.min(pad.width, pad.height) / 2 - 6) / range;

@@ -52,7 +52,14 @@ export class Store {
     this.dirty = true;
     requestAnimationFrame(() => {
       this.dirty = false;
-      for (const draw of this.draws) draw(this);
+      for (const draw of this.draws) {
+        try {
+          draw(this);
+        } catch (error) {
+          // one panel that fails must not take the others with it, nor the credit for the next message
+          console.error(error);
+        }
+      }
       this.afterDraw?.();
     });
   }
