@@ -15,6 +15,9 @@ from target_nav.errors import DeviceError
 
 log = logging.getLogger(__name__)
 
+PLACES_VARIABLE = "TARGET_NAV_PANEL_PLACES"
+"""A file: on SIGUSR1 the panel writes there where each of its keys is on the screen. For tests."""
+
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="gui", description="The operator's panel.")
@@ -40,8 +43,11 @@ def _run(arguments: argparse.Namespace) -> int:
     if not Gtk.init_check(None)[0]:
         shown = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or "not set"
         raise DeviceError(f"there is no display (DISPLAY {shown}); start the panel in the screen's session")
+    places = os.environ.get(PLACES_VARIABLE)
     settings = Settings(config, settings_file, base)
-    application = Application(config.ipc.prefix, settings, not arguments.windowed, _first_frame)
+    application = Application(
+        config.ipc.prefix, settings, not arguments.windowed, _first_frame, Path(places) if places else None
+    )
     return application.run()
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import ClassVar
@@ -47,6 +47,8 @@ class Finding:
     at_once: bool = False
     same: bool = False
     """They are again what was loaded: there is nothing to be taken."""
+    checker: MissionChecker | None = field(default=None, compare=False)
+    """Of another mission than the present one."""
 
     SAME: ClassVar[Finding]
 
@@ -128,7 +130,6 @@ class HotReload:
         self._ready: Finding | None = None
         self._asked = False
         self._other: Path | None = None
-        self._candidate: MissionChecker | None = None
         self._notice = ""
         self._closed = False
         self._wake = threading.Event()
@@ -161,15 +162,14 @@ class HotReload:
         long_enough = self._still_since_s is not None and record.now_s - self._still_since_s >= STILL_S
         if ready.at_once or (self._mode is ReloadMode.STILL and long_enough):
             self._ready = None
-            self._swap()
+            self._swap(ready.checker or self.checker)
 
     def close(self) -> None:
         self._closed = True
         self._wake.set()
         self._thread.join(timeout=2.0)
 
-    def _swap(self) -> None:
-        checker, self._candidate = self._candidate or self.checker, None
+    def _swap(self, checker: MissionChecker) -> None:
         try:
             mission = replace_mission(checker.path, self._core.root, self._take_over)
         except MissionError as error:
@@ -216,8 +216,7 @@ class HotReload:
             )
             self._notice = f"{path.name} has errors, the present mission stays: {problems[0]}"
             return
-        self._candidate = candidate
-        self._ready = Finding(at_once=True)
+        self._ready = Finding(at_once=True, checker=candidate)
 
     def _tell(self, found: Finding) -> None:
         path = self.checker.path

@@ -120,7 +120,7 @@ class NavCore:
         self._single_step = False
         self._reload_asked = False
         self.operator = OperatorDesk(
-            config, self._board, lambda: self._requested, self._configure, self._tracker.reset
+            config, self._board, lambda: self._requested, self._configure, self._begin_anew
         )
         self.mission_name = ""
         """For people; whoever loads a mission says it."""
@@ -307,6 +307,12 @@ class NavCore:
 
     def _by_operator(self, command: Command) -> None:
         self.operator.obey(command)
+
+    def _begin_anew(self) -> None:
+        """The mission from its beginning, for what it did there (SetTarget) may come out otherwise now."""
+        self.root.stop(Status.INVALID)
+        self._finished = None
+        self._tracker.reset()
 
     def _configure(self, config: Config) -> None:
         self.config = config

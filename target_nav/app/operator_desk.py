@@ -36,13 +36,13 @@ class OperatorDesk:
         board: WorldBoard,
         mission_wanted: Callable[[], bool],
         configure: Callable[[Config], None],
-        forget_track: Callable[[], None],
+        begin_anew: Callable[[], None],
     ) -> None:
         self.manual = ManualDrive(config.manual)
         self.notice, self.notice_count = "", 0
         self.settings_crc = fingerprint(config)
         self._config, self._board = config, board
-        self._mission_wanted, self._configure, self._forget_track = mission_wanted, configure, forget_track
+        self._mission_wanted, self._configure, self._begin_anew = mission_wanted, configure, begin_anew
         self._load_asked = ""
         self._for_firmware: list[str] = []
         self._firmware_busy = False
@@ -125,7 +125,7 @@ class OperatorDesk:
         except ConfigError as error:
             self.tell(str(error))
             return
-        self._forget_track()
+        self._begin_anew()
         self.tell(f"target: {command.argument or 'as the mission says'}")
 
     def _to_firmware(self, command: Command) -> None:

@@ -11,11 +11,13 @@ import signal
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 from target_nav.gui.commands import CommandPort
 from target_nav.gui.gtk import GLib, Gtk
 from target_nav.gui.model import Model, Views
 from target_nav.gui.operator import Operator
+from target_nav.gui.panels.places import write_places
 from target_nav.gui.panels.window import PanelWindow
 from target_nav.gui.settings import Settings
 from target_nav.utils.rate import RateKeeper
@@ -56,11 +58,17 @@ class Application:
     """One window. `run` returns 0 when it was asked to end, 1 when it cannot go on."""
 
     def __init__(
-        self, prefix: str, settings: Settings, full_screen: bool, on_first_frame: Callable[[], None]
+        self,
+        prefix: str,
+        settings: Settings,
+        full_screen: bool,
+        on_first_frame: Callable[[], None],
+        places: Path | None = None,
     ) -> None:
         self._model = Model(prefix, settings.config)
         self._operator = Operator(CommandPort(prefix), self._model.log, settings)
         self._poller = Poller(self._model)
+        self._places = places
         self._full_screen, self._on_first_frame = full_screen, on_first_frame
         self._drawn: Views | None = None
         self._frames = 0
@@ -72,6 +80,8 @@ class Application:
         window.connect("draw", self._count_frame)
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, Gtk.main_quit)
+        if self._places is not None:
+            GLib.unix_signal_add(GLib.PRIORITY_HIGH, signal.SIGUSR1, self._tell_places, self._places)
         self._frame()
         window.show()
         self._poller.start()
@@ -105,6 +115,10 @@ class Application:
         if self._frames == 1:
             GLib.idle_add(self._first_frame)
         return False
+
+    def _tell_places(self, path: Path) -> bool:
+        write_places(self._window, path)
+        return True
 
     def _first_frame(self) -> bool:
         self._on_first_frame()

@@ -26,7 +26,7 @@ class ArrivalPane(Pane):
                 GREY,
                 align=0.5,
             )
-            seen = f"seen {age_text(view.seen_s)} ago, by LiDAR {age_text(view.ranged_s)}"
+            seen = f"seen {age_text(view.seen_s)}, LiDAR {age_text(view.ranged_s)} ago"
             text(cr, width / 2.0, 92, seen, 13.0, GREY, align=0.5, width=width - 12)
         else:
             text(cr, width / 2.0, 60, "no target", 22.0, GREY, bold=True, align=0.5)

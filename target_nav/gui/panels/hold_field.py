@@ -17,7 +17,7 @@ class HoldField(Gtk.DrawingArea):
         self, sign: str, label: str, on_hold: Callable[[], None], on_release: Callable[[], None]
     ) -> None:
         super().__init__()
-        self._sign, self._label = sign, label
+        self._sign, self.label = sign, label
         self._on_hold, self._on_release = on_hold, on_release
         self._held = False
         self.lit = False
@@ -56,5 +56,5 @@ class HoldField(Gtk.DrawingArea):
         middle = size.width / 2.0
         ink = TEXT if enabled else GREY
         text(cr, middle, size.height / 2.0 + 8, self._sign, 34.0, ink, bold=True, align=0.5)
-        text(cr, middle, size.height - 12, self._label, 13.0, ink, align=0.5, width=size.width - 8)
+        text(cr, middle, size.height - 12, self.label, 13.0, ink, align=0.5, width=size.width - 8)
         return False

@@ -78,17 +78,24 @@ class Strip(Pane):
             words = f"{'✔' if good else '!'} {view.outcome}: {view.outcome_reason}"
             text(cr, 10, height - 8, words, 16.0, GREEN if good else YELLOW, bold=True, width=room)
         else:
-            limited = f"   (slowed: {view.limited_by})" if view.limited_by else ""
+            drives = (view.requested and not view.outcome) or view.manual
+            limited = f"   (slowed: {view.limited_by})" if view.limited_by and drives else ""
             words = f"{view.leaf or '-'}: {view.reason}{limited}" if view.leaf or view.reason else ""
             text(cr, 10, height - 8, words, 16.0, SKY, width=room)
 
     def _tell_said(self, cr: Context, said: Said, width: float, height: float) -> float:
         words = said.text(self.now_s)
-        if said.is_late(self.now_s):
-            words, colour, mark = words.split(":")[0], ORANGE, "✘"
+        late = said.is_late(self.now_s)
+        if late:
+            words, colour, mark = words.split(":")[0], BACKGROUND, "✘"
+            cr.set_source_rgb(*ORANGE)
+            cr.rectangle(0.5 * width, 2, 0.5 * width - 2, height - 4)
+            cr.fill()
         elif said.acknowledged_s is not None:
             colour, mark = GREEN, "✔"
         else:
             colour, mark = TEXT, "…"
-        used = text(cr, width - 8, height - 8, f"{mark} {words}", 15.0, colour, True, 0.55 * width, align=1.0)
-        return used + 16.0
+        used = text(
+            cr, width - 8, height - 8, f"{mark} {words}", 15.0, colour, True, 0.5 * width - 16, align=1.0
+        )
+        return 0.5 * width if late else used + 16.0

@@ -11,7 +11,8 @@ from target_nav.gui.operator import Operator
 from target_nav.gui.panels.widgets import button, column, label, row
 from target_nav.gui.settings import CHOICE, SWITCH, TEXT, Setting
 
-_KEYS = ("7", "8", "9", "4", "5", "6", "1", "2", "3", "0", ".", "-")
+_KEYS = ("7", "8", "9", "⌫", "C", "4", "5", "6", ".", "-", "1", "2", "3", "0")
+_COLUMNS = 5
 
 
 class Editor(Gtk.Box):
@@ -22,23 +23,25 @@ class Editor(Gtk.Box):
         self._fresh = True
         self._name = label("", wrap=True)
         self._help = label("Choose a parameter on the left.", "dim", wrap=True)
-        self._entry = Gtk.Entry(xalign=1.0, width_chars=10)
+        self._entry = Gtk.Entry(xalign=1.0, width_chars=9)
         self._entry.connect("activate", lambda _: self.take())
         self._unit = label("", "dim")
         self._told = label("", "dim", wrap=True)
         self._field = row(self._entry, self._unit)
         self._pad = Gtk.Grid(row_homogeneous=True, column_homogeneous=True, row_spacing=2, column_spacing=2)
+        edits = {"⌫": self._rub_out, "C": self._clear}
         for index, key in enumerate(_KEYS):
-            self._pad.attach(button(key, partial(self._type, key), "key"), index % 3, index // 3, 1, 1)
-        self._pad.attach(button("⌫", self._rub_out, "key"), 3, 0, 1, 1)
-        self._pad.attach(button("C", self._clear, "key"), 3, 1, 1, 1)
-        self._choices = column()
+            made = button(key, edits.get(key) or partial(self._type, key), "key")
+            self._pad.attach(made, index % _COLUMNS, index // _COLUMNS, 1, 1)
         self._set = button("Set", self.take)
+        self._pad.attach(self._set, 4, 2, 1, 1)
+        self._choices = column()
         self._default = button("Default", self._reset)
-        for child in (self._name, self._help, self._field, self._pad, self._choices):
+        self._field.pack_end(self._default, False, False, 0)
+        for child in (self._name, self._help, self._field, self._told, self._pad, self._choices):
             self.pack_start(child, False, False, 0)
-        self.pack_start(row(self._set, self._default, even=True), False, False, 0)
-        self.pack_start(self._told, False, False, 0)
+        for child in (self._field, self._pad):
+            child.set_no_show_all(True)
 
     def choose(self, setting: Setting) -> None:
         self._setting = setting
@@ -56,10 +59,14 @@ class Editor(Gtk.Box):
         options = ("true", "false") if setting.kind == SWITCH else setting.options
         for option in options:
             self._choices.pack_start(button(option, partial(self.take, option)), False, False, 0)
-        self.show_all()
+        self._choices.show_all()
+        for part in (self._field, self._pad):
+            part.set_no_show_all(False)
+            part.show_all()
         self._pad.set_visible(number)
-        self._field.set_visible(not options)
-        self._set.set_visible(not options)
+        self._field.set_visible(True)
+        self._entry.set_visible(not options)
+        self._unit.set_visible(not options)
 
     def take(self, words: str | None = None) -> None:
         """Check, save and send what stands in the field; say what came of it."""

@@ -36,8 +36,10 @@ class SettingsPage(Gtk.Box):
         parameters = row(spacing=6)
         parameters.pack_start(middle, True, True, 0)
         parameters.pack_start(self.editor, False, False, 0)
-        self.editor.set_size_request(230, -1)
+        self.editor.set_size_request(266, -1)
         self._stack = Gtk.Stack()
+        self._stack.set_vhomogeneous(False)
+        self._stack.set_hhomogeneous(False)
         for name, child in (
             ("parameters", parameters),
             (MOTORS, self.motors),
