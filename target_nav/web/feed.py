@@ -177,6 +177,11 @@ class Feed:
         status = views.status
         frame = dumps({"x_m": round(views.map.pose.x_m, 3), "y_m": round(views.map.pose.y_m, 3),
                        "yaw_rad": round(views.map.pose.yaw_rad, 3)})  # fmt: skip
-        mark = Mark(views.now_s, status.state, status.leaf, any(not (link.fresh or link.quiet) for link in status.links))
+        mark = Mark(
+            views.now_s,
+            status.state,
+            status.leaf,
+            any(not (link.fresh or link.quiet) for link in status.links),
+        )
         with self.lock:
             self.timeline.add(mark, f'{{"pose":{frame},{joined(sections)}}}', picture)

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import ctypes
 import errno
+import json
 import logging
 import signal
 import socket
@@ -163,7 +164,7 @@ async def _arguments(request: Request) -> dict[str, Any]:
     if not body:
         return {}
     try:
-        arguments = await request.json()
+        arguments = json.loads(body)
     except (ValueError, RecursionError):
         arguments = None
     if not isinstance(arguments, dict):
@@ -225,30 +226,34 @@ def keep_small() -> None:
         ctypes.CDLL(None).mallopt(_M_ARENA_MAX, 2)
 
 
-async def serve(site: Site, listener: socket.socket) -> None:
-    """Until SIGINT or SIGTERM."""
-    config = uvicorn.Config(
-        site.app,
-        log_level="warning",
-        access_log=False,
-        server_header=False,
-        ws="websockets-sansio",
-        ws_max_size=MOST_MESSAGE_BYTES,
-        # on a robot's processor packing costs more than the wire
-        ws_per_message_deflate=False,
-        lifespan="on",
-        timeout_graceful_shutdown=2,
-        limit_concurrency=200,
+def make_server(site: Site) -> Server:
+    return Server(
+        uvicorn.Config(
+            site.app,
+            log_level="warning",
+            access_log=False,
+            server_header=False,
+            ws="websockets-sansio",
+            ws_max_size=MOST_MESSAGE_BYTES,
+            # on a robot's processor packing costs more than the wire
+            ws_per_message_deflate=False,
+            lifespan="on",
+            timeout_graceful_shutdown=2,
+            limit_concurrency=200,
+        )
     )
-    server = _Server(config)
+
+
+async def serve(site: Site, listener: socket.socket) -> None:
+    """Until SIGINT, SIGTERM or SIGHUP."""
+    server = make_server(site)
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        with contextlib.suppress(ValueError, RuntimeError):
-            loop.add_signal_handler(number, server.end)
+        loop.add_signal_handler(number, server.end)
     await server.serve(sockets=[listener])
 
 
-class _Server(uvicorn.Server):
+class Server(uvicorn.Server):
     """Signals are this module's business: uvicorn's own handling raises them again at the end."""
 
     def end(self) -> None:
