@@ -7,11 +7,10 @@ const LATE_MS = 250; // the server waits 100 ms for the nav process; the rest is
 export function mountWords(store, link, driving) {
   const said = $("said");
   let pending = null; // {word, since}
-  let shown = { text: "", level: "" };
+  let lastKey = "";
   let lastSaidAt = 0;
 
   function show(text, level) {
-    shown = { text, level };
     setText(said, text);
     setClass(said, "good", level === "good");
     setClass(said, "bad", level === "bad");
@@ -93,8 +92,9 @@ export function mountWords(store, link, driving) {
     }
     // A word of another page, or a late answer to one of ours.
     const last = live.said;
-    if (last && !pending && last.at_s >= lastSaidAt && (last.text !== shown.text)) {
-      lastSaidAt = last.at_s;
+    const key = last && `${last.at_s} ${last.text}`;
+    if (last && !pending && key !== lastKey && last.at_s >= lastSaidAt) {
+      [lastKey, lastSaidAt] = [key, last.at_s];
       show(last.text, last.acknowledged ? "good" : last.late ? "bad" : "");
     }
   });
