@@ -193,10 +193,10 @@ class Console:
 
     async def past_frame(self, arguments: Arguments, who: str) -> Any:
         number = int(arguments["number"])
-        with self.feed.lock:
-            frame, picture = self.feed.timeline.frame(number), self.feed.timeline.picture(number)
-        if frame is None:
+        found = self.feed.past(number)
+        if found is None:
             raise ConfigError(f"frame {number} is not kept any more")
+        frame, picture = found
         image = base64.b64encode(picture).decode() if picture is not None else ""
         return RawJson(f'{{"frame":{frame},"picture":"{image}"}}')
 

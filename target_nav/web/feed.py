@@ -5,6 +5,7 @@ Viewers never reach the channels, so their number changes nothing for whoever wr
 
 from __future__ import annotations
 
+import json
 import logging
 import threading
 import time
@@ -26,6 +27,8 @@ log = logging.getLogger(__name__)
 LOOK_PERIOD_S = 0.1
 MAP_PERIOD_S = 0.5
 SAY_AGAIN_S = 10.0
+RADAR_EVERY = 4
+"""Frames of the timeline that share one scan."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +100,17 @@ class Feed:
 
     def clear_path(self) -> None:
         self._clear_path = True
+
+    def past(self, number: int) -> tuple[str, bytes | None] | None:
+        """A frame of the timeline with all its sections, as JSON, and the picture that goes with it."""
+        with self.lock:
+            own, picture = self.timeline.frame(number), self.timeline.picture(number)
+            older = self.timeline.frame(max(number - number % RADAR_EVERY, self.timeline.begin))
+        if own is None:
+            return None
+        if own == older or older is None:
+            return own, picture
+        return dumps({**json.loads(older), **json.loads(own)}), picture
 
     # -- in the thread -------------------------------------------------------------------------------------------------
 
@@ -184,4 +198,4 @@ class Feed:
             any(not (link.fresh or link.quiet) for link in status.links),
         )
         with self.lock:
-            self.timeline.add(mark, f'{{"pose":{frame},{joined(sections)}}}', picture)
+            self.timeline.add(mark, f'{{"pose":{frame},{joined(kept)}}}', picture)

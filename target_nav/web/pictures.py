@@ -12,9 +12,9 @@ QUALITY = 70
 PERIOD_S = 0.095
 """Ten a second at most: what the detector gives."""
 WIDEST_PX = 800
-PAST_PERIOD_S = 1.0
+PAST_PERIOD_S = 2.0
 PAST_WIDTH_PX = 320
-PAST_QUALITY = 60
+PAST_QUALITY = 45
 
 
 def jpeg(image_bgr: NDArray[np.uint8], widest_px: int = WIDEST_PX, quality: int = QUALITY) -> bytes:

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import Any
 
 CHUNK = 20
-MOST_FRAMES = 9000
-"""A quarter of an hour at 10 Hz."""
-MOST_BYTES = 8_000_000
-MOST_PICTURE_BYTES = 4_000_000
+MOST_FRAMES = 6000
+"""Ten minutes at 10 Hz."""
+MOST_BYTES = 2_500_000
+MOST_PICTURE_BYTES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Timeline:
             self._pictures.append((number, picture))
             self._picture_bytes += len(picture)
         if len(self._open) == CHUNK:
-            packed = zlib.compress("\n".join(self._open).encode(), 1)
+            packed = zlib.compress("\n".join(self._open).encode(), 6)
             self._open = []
             self._chunks.append(packed)
             self._bytes += len(packed)

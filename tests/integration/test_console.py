@@ -265,7 +265,7 @@ def test_it_moves_by_hand_only_while_a_field_is_held(page: Browser, stack: Stack
     hand.perform()
     wait_until(lambda: moved_m(before, stack.nav)[0] > 0.12, "it drives ahead")
     page.shot("console-by-hand")
-    assert stack.nav.manual
+    wait_until(lambda: stack.nav.manual, "it is driven by hand")
     page.actions().release().perform()
     wait_until(stack.stands, "released: it stands")
     time.sleep(0.5)
@@ -399,8 +399,10 @@ def test_past_ticks_can_be_scrubbed_and_a_recording_as_well(page: Browser, stack
         "const s = document.getElementById('past-source'); s.selectedIndex = 1; s.dispatchEvent(new Event('change'))"
     )
     page.wait(lambda: " s of " in page.text("#past-says"), "the recording is open", 60.0)
-    page.find("#past").send_keys(PAGE_DOWN * 3)
+    page.find("#past").send_keys(PAGE_DOWN * 15)
     page.wait(lambda: not page.text("#past-says").startswith("0.0 s"), "it goes on")
+    page.wait_text("#camera-excuse", "no picture kept of this moment")
+    page.wait(lambda: page.run("return document.body.classList.contains('past-shown')"), "the past is marked")
     page.shot("console-recording")
     page.click("#past-live")
 

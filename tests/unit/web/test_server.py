@@ -349,4 +349,11 @@ def test_past_ticks_come_back_as_they_were(served: Served, prefix: str) -> None:
         assert marks[0][2] == "NAVIGATING"
         frame = page.ask("past", number=1)["value"]["frame"]
         assert frame["status"]["leaf"].startswith("Leaf")
+        for number in (1, 2):
+            assert set(page.ask("past", number=number)["value"]["frame"]) >= {
+                "pose",
+                "radar",
+                "tree",
+                "camera",
+            }
         assert "is not kept any more" in page.ask("past", number=10**9)["error"]

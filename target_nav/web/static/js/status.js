@@ -40,7 +40,10 @@ export function mountStatus(store, link) {
     if (!status) return;
     const shown = lost ? "" : look(status);
     if (state.dataset.state !== shown) state.dataset.state = shown;
-    setText($("headline"), status.headline);
+    const nav = status.links.find((each) => each.name === "nav");
+    const last = !status.fresh && status.state && nav;
+    setText($("headline"), last ? `${status.headline}, ${nav.text} ago` : status.headline);
+    setClass($("headline"), "old", !status.fresh);
     setText($("mission"), status.mission || "");
     const speed = status.speed_mps > 0.005 || Math.abs(status.yaw_rate_radps) > 0.01
       ? ` · ${status.speed_mps.toFixed(2)} m/s` : "";
