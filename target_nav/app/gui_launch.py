@@ -21,6 +21,9 @@ PACKAGES = (
 )  # fmt: skip
 """Of Debian and Ubuntu; scripts/setup.sh installs them."""
 
+DROPPED = ("LD_LIBRARY_PATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE")
+"""Variables that the ROS wheels set (docs/environment.md)."""
+
 _PROBE = (
     "import gi; gi.require_version('Gtk', '3.0'); gi.require_foreign('cairo'); import numpy, yaml; "
     "from gi.repository import Gtk"
@@ -33,7 +36,9 @@ def python_of(environment: Mapping[str, str] | None = None) -> str:
 
 
 def command(*options: str) -> tuple[str, ...]:
-    return (python_of(), "-I", gui_boot.__file__, *options)
+    """Without what the environment's own start-up leaves behind for its children: libraries of another Python."""
+    dropped = (part for name in DROPPED for part in ("-u", name))
+    return ("/usr/bin/env", *dropped, python_of(), "-I", gui_boot.__file__, *options)
 
 
 def missing_packages() -> str:
@@ -41,7 +46,10 @@ def missing_packages() -> str:
     python = python_of()
     if not os.access(python, os.X_OK):
         return f"{python} is not there; {PYTHON_VARIABLE} may name another Python with GTK 3"
-    probe = subprocess.run([python, "-I", "-c", _PROBE], capture_output=True, text=True, check=False)
+    clean = {name: value for name, value in os.environ.items() if name not in DROPPED}
+    probe = subprocess.run(
+        [python, "-I", "-c", _PROBE], env=clean, capture_output=True, text=True, check=False
+    )
     if probe.returncode == 0:
         return ""
     why = (probe.stderr.strip().splitlines() or ["?"])[-1]

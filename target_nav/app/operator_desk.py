@@ -66,7 +66,7 @@ class OperatorDesk:
 
     def end_by_hand(self) -> None:
         """GO and STOP end what a person does with the wheels, a motor test included."""
-        self.manual.release()
+        self.manual.stop()
         self._motor_line, self._motor_held_s = "", math.inf
         if self._firmware_busy:
             self._for_firmware.append(FIRMWARE_STOP)

@@ -13,6 +13,7 @@ from py_trees.common import Status
 
 from target_nav.app.stream_worker import StreamWorker
 from target_nav.ipc import channels
+from target_nav.ipc.seqlock import Writer
 from target_nav.mission.tree_note import TreeNote
 from target_nav.state.snapshots import NodeStatus, TreeRow, TreeState
 
@@ -41,6 +42,10 @@ class TreeChannel:
         self._note: tuple[TreeNote, float, int] | None = None
         self._nodes: Sequence[Behaviour] = ()
         self._layout: list[tuple[int, str, str, int]] = []
+
+    @property
+    def publisher(self) -> Writer[TreeState]:
+        return self._writer
 
     # -- in the tick's thread ------------------------------------------------------------------------------------------
 

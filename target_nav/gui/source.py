@@ -149,7 +149,8 @@ class StackReader:
             return
         for channel in listed:
             self._alive[channel.name] = channel.alive
-            self._problem[channel.name] = channel.problem
+            # what is not there yet is told in words of its own: which process makes it
+            self._problem[channel.name] = channel.problem if channel.exists else ""
             process = WRITER.get(channel.name)
             if channel.exists and not channel.alive and process is not None and process not in gone:
                 gone.append(process)

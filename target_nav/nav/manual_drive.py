@@ -34,8 +34,12 @@ def manual_twist(argument: str) -> Twist2D | None:
 
 
 class ManualDrive:
+    """STOP counts for whoever holds a key at that moment, at this screen or another: he has to let go first."""
+
     def __init__(self, config: ManualConfig) -> None:
         self._timeout_s = config.timeout_s
+        self._heard_s = -math.inf
+        self._must_let_go = False
         self.release()
 
     def configure(self, config: ManualConfig) -> None:
@@ -43,10 +47,20 @@ class ManualDrive:
 
     def hold(self, stamp_s: float, twist: Twist2D) -> None:
         """It is held, as of `stamp_s`: the time at which the screen said so, not the time of its arrival."""
-        self._stamp_s, self._twist = stamp_s, twist
+        silent_s, self._heard_s = stamp_s - self._heard_s, stamp_s
+        if twist == Twist2D() or silent_s > self._timeout_s:
+            self._must_let_go = False
+        if not self._must_let_go:
+            self._stamp_s, self._twist = stamp_s, twist
 
     def release(self) -> None:
+        """Nothing is held."""
         self._stamp_s, self._twist = -math.inf, Twist2D()
+
+    def stop(self) -> None:
+        """Nothing counts as held until it was let go."""
+        self.release()
+        self._must_let_go = True
 
     def request(self, now_s: float) -> MotionRequest | None:
         """What to ask of the wheels in this tick; None once nobody holds."""

@@ -59,14 +59,15 @@ class Screen:
         assert number, (folder / "xvfb.log").read_text(encoding="utf-8", errors="replace")
         self.display = f":{number}"
         self.environment = {**os.environ, "DISPLAY": self.display, "NO_AT_BRIDGE": "1"}
-        self._manager = subprocess.Popen(["openbox"], env=self.environment, stdout=log, stderr=log)
-        log.close()
+        self._log = log
+        self._manager = self._manage()
         wait_until(self._managed, "a window manager on the screen")
 
     def close(self) -> None:
         for process in (self._manager, self._server):
             process.terminate()
             process.wait(10.0)
+        self._log.close()
 
     def xdotool(self, *words: str) -> str:
         done = subprocess.run(
@@ -113,7 +114,14 @@ class Screen:
         )
         return path
 
+    def _manage(self) -> subprocess.Popen[bytes]:
+        return subprocess.Popen(["openbox"], env=self.environment, stdout=self._log, stderr=self._log)
+
     def _managed(self) -> bool:
+        if self._manager.poll() is not None:
+            # on a busy machine the screen may not answer at once, and openbox does not wait
+            time.sleep(0.2)
+            self._manager = self._manage()
         told = subprocess.run(
             ["xprop", "-root", "_NET_SUPPORTING_WM_CHECK"], env=self.environment, capture_output=True, text=True,
             check=False,

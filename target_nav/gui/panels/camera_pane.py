@@ -80,7 +80,7 @@ def _paint_box(cr: Context, box: BoxView, scale: float, view: CameraView) -> Non
     cr.rectangle(box.left_px, box.top_px, box.right_px - box.left_px, box.bottom_px - box.top_px)
     cr.stroke()
     cr.set_dash([])
-    size = (16.0 if box.is_target else 13.0) * unit
+    size = (18.0 if box.is_target else 13.0) * unit
     cr.select_font_face(FONT, cairo.FONT_SLANT_NORMAL, cairo.FONT_WEIGHT_BOLD)
     cr.set_font_size(size)
     wide = cr.text_extents(box.label).x_advance

@@ -50,10 +50,10 @@ class RadarPane(Pane):
                 f"{target.range_m:.2f} m {math.degrees(target.bearing_rad):+.0f}° ±{target.sigma_m:.2f}{sure}"
             )
         cr.set_source_rgba(*BACKGROUND, 0.75)
-        cr.rectangle(2, 2, width - 4, 24)
+        cr.rectangle(2, 2, width - 4, 28)
         cr.fill()
         caption(cr, "RADAR")
-        text(cr, width - 8, 19, words, 16.0, YELLOW if target is not None else GREY, bold=True, align=1.0)
+        text(cr, width - 8, 22, words, 20.0, YELLOW if target is not None else GREY, bold=True, align=1.0)
         if not view.fresh:
             age = age_text(view.points_age_s) if len(view.points_m) else ""
             veil(cr, width, height, view.message, age)

@@ -72,16 +72,17 @@ class Strip(Pane):
             cr.set_source_rgb(*VERMILION)
             cr.rectangle(2, 2, width - told - 6, height - 4)
             cr.fill()
-            text(cr, 10, height - 8, f"✘ {banner}", 16.0, TEXT, bold=True, width=room)
+            text(cr, 10, height - 8, f"✘ {banner}", 18.0, TEXT, bold=True, width=room)
         elif view.outcome:
             good = view.outcome == "succeeded"
             words = f"{'✔' if good else '!'} {view.outcome}: {view.outcome_reason}"
-            text(cr, 10, height - 8, words, 16.0, GREEN if good else YELLOW, bold=True, width=room)
+            text(cr, 10, height - 8, words, 18.0, GREEN if good else YELLOW, bold=True, width=room)
         else:
             drives = (view.requested and not view.outcome) or view.manual
             limited = f"   (slowed: {view.limited_by})" if view.limited_by and drives else ""
-            words = f"{view.leaf or '-'}: {view.reason}{limited}" if view.leaf or view.reason else ""
-            text(cr, 10, height - 8, words, 16.0, SKY, width=room)
+            leaf = "" if view.manual else f"{view.leaf or '-'}: "
+            words = f"{leaf}{view.reason}{limited}" if view.leaf or view.reason else ""
+            text(cr, 10, height - 8, words, 18.0, SKY, width=room)
 
     def _tell_said(self, cr: Context, said: Said, width: float, height: float) -> float:
         words = said.text(self.now_s)
@@ -96,6 +97,6 @@ class Strip(Pane):
         else:
             colour, mark = TEXT, "…"
         used = text(
-            cr, width - 8, height - 8, f"{mark} {words}", 15.0, colour, True, 0.5 * width - 16, align=1.0
+            cr, width - 8, height - 8, f"{mark} {words}", 17.0, colour, True, 0.5 * width - 16, align=1.0
         )
         return 0.5 * width if late else used + 16.0

@@ -23,7 +23,7 @@ LEVEL_COLOUR: dict[str, Colour] = {"info": TEXT, "good": GREEN, "warn": YELLOW, 
 LEVEL_MARK = {"info": "·", "good": "✔", "warn": "!", "bad": "✘"}
 
 WIDTH, HEIGHT = 800, 480
-BAR_HEIGHT, STRIP_HEIGHT, NAV_HEIGHT, SIDE_WIDTH = 56, 28, 54, 150
+BAR_HEIGHT, STRIP_HEIGHT, NAV_HEIGHT, SIDE_WIDTH = 56, 30, 54, 150
 
 FONT = "DejaVu Sans"
 

@@ -14,9 +14,10 @@ from target_nav.app.process_table import StackOptions, robot_stack, simulation_s
 
 
 def test_the_command_is_isolated_from_this_environment() -> None:
-    python, isolated, boot, *options = gui_launch.command("--prefix", "x")
-    assert (python, isolated, boot) == (gui_launch.python_of(), "-I", gui_boot.__file__)
-    assert options == ["--prefix", "x"]
+    env, *dropped = gui_launch.command("--prefix", "x")
+    assert env == "/usr/bin/env"
+    assert dropped[:4] == ["-u", "LD_LIBRARY_PATH", "-u", "_ROS_WHEELS_BOOTSTRAP_COMPLETE"]
+    assert dropped[4:] == [gui_launch.python_of(), "-I", gui_boot.__file__, "--prefix", "x"]
 
 
 def test_another_python_can_be_named() -> None:

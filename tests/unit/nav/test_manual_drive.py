@@ -50,3 +50,27 @@ def test_released_is_released() -> None:
     drive.hold(10.0, Twist2D(0.1))
     drive.release()
     assert drive.request(10.0) is None
+
+
+@pytest.mark.parametrize("lets_go", ["with a zero", "by silence"])
+def test_after_a_stop_a_key_that_is_still_held_moves_nothing_until_it_was_let_go(lets_go: str) -> None:
+    drive = ManualDrive(ManualConfig())
+    drive.hold(10.0, Twist2D(0.1))
+    drive.stop()
+    for n in range(1, 100):
+        drive.hold(10.0 + 0.05 * n, Twist2D(0.1))
+        assert drive.request(10.0 + 0.05 * n) is None
+    again_s = 15.0
+    if lets_go == "with a zero":
+        drive.hold(14.96, Twist2D())
+    else:
+        again_s = 14.95 + LIMIT_S + 0.01
+    drive.hold(again_s, Twist2D(0.1))
+    assert drive.request(again_s) is not None
+
+
+def test_a_key_pressed_some_time_after_a_stop_moves_at_once() -> None:
+    drive = ManualDrive(ManualConfig())
+    drive.stop()
+    drive.hold(10.0, Twist2D(0.1))
+    assert drive.request(10.0) is not None
