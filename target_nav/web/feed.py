@@ -17,6 +17,7 @@ import cv2
 from target_nav.config import Config
 from target_nav.gui.events import INFO
 from target_nav.gui.model import Model, Views
+from target_nav.gui.plain import to_plain
 from target_nav.state.live_settings import fingerprint
 from target_nav.web.encode import dumps, events_section, joined, map_section, sections_of
 from target_nav.web.pictures import PAST_PERIOD_S, PAST_QUALITY, PAST_WIDTH_PX, PERIOD_S, Rate, jpeg
@@ -189,8 +190,7 @@ class Feed:
             self._past_frame_id = camera.frame_id
             picture = jpeg(camera.image_bgr, PAST_WIDTH_PX, PAST_QUALITY)
         status = views.status
-        frame = dumps({"x_m": round(views.map.pose.x_m, 3), "y_m": round(views.map.pose.y_m, 3),
-                       "yaw_rad": round(views.map.pose.yaw_rad, 3)})  # fmt: skip
+        pose = dumps(to_plain(views.map.pose))
         # a scan is most of a frame, and its noise cannot be packed
         kept = {n: t for n, t in sections.items() if n != "radar" or self.timeline.end % RADAR_EVERY == 0}
         mark = Mark(
@@ -200,4 +200,4 @@ class Feed:
             any(not (link.fresh or link.quiet) for link in status.links),
         )
         with self.lock:
-            self.timeline.add(mark, f'{{"pose":{frame},{joined(kept)}}}', picture)
+            self.timeline.add(mark, f'{{"pose":{pose},{joined(kept)}}}', picture)

@@ -103,9 +103,7 @@ def frames(
 def _text(world: World, config: Config, pose: Pose2D) -> str:
     camera = config.camera
     sections = {
-        "pose": dumps(
-            {"x_m": round(pose.x_m, 3), "y_m": round(pose.y_m, 3), "yaw_rad": round(pose.yaw_rad, 3)}
-        ),
+        "pose": dumps(to_plain(pose)),
         "status": dumps(to_plain(status_view(world, config))),
         "arrival": dumps(to_plain(arrival_view(world, config))),
         "camera": camera_section(camera_view(world, camera.width_px, camera.height_px)),
