@@ -33,8 +33,9 @@ log = logging.getLogger(__name__)
 MOST_MESSAGE_BYTES = 2_000_000
 MOST_BODY_BYTES = 100_000
 MOST_VIEWERS = 32
-_M_ARENA_MAX = -8
+_M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
 """Of glibc's malloc.h."""
+_LARGE_BLOCK_BYTES = 256 * 1024
 _PUBLIC: tuple[str, ...] = ("status", "arrival", "tree")
 
 HEADERS = {
@@ -221,9 +222,17 @@ def bind(host: str, port: int) -> socket.socket:
 
 
 def keep_small() -> None:
-    """Two heaps for all threads: glibc gives each thread one of its own, and none ever shrinks."""
+    """Two heaps for all threads, and large blocks (pictures) outside of them, so that what is freed is given back.
+
+    Left alone, glibc gives each thread a heap of its own, puts pictures into them once some were freed, and a small
+    block behind a large hole keeps the hole.
+    """
     with contextlib.suppress(OSError, AttributeError):
-        ctypes.CDLL(None).mallopt(_M_ARENA_MAX, 2)
+        libc = ctypes.CDLL(None)
+        libc.mallopt(_M_ARENA_MAX, 2)
+        libc.mallopt(_M_MMAP_THRESHOLD, _LARGE_BLOCK_BYTES)
+        libc.mallopt(_M_TRIM_THRESHOLD, _LARGE_BLOCK_BYTES)
+        libc.malloc_trim(0)
 
 
 def make_server(site: Site) -> Server:

@@ -318,7 +318,7 @@ def test_with_nothing_there_it_stays_up_and_says_what_is_missing(served: Served)
         page.receive()
         seen = page.views()
     assert seen["status"]["headline"] == "NO CONTACT"
-    assert "nav: nobody has written it yet" in seen["status"]["banner"]
+    assert "is process nav running?" in seen["status"]["links"][0]["problem"]
     assert seen["camera"]["message"]
     assert seen["radar"]["message"]
     assert seen["tree"]["rows"] == []
