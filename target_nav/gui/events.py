@@ -37,6 +37,7 @@ class EventLog:
         self._lock = threading.Lock()
         self._last: StatusView | None = None
         self._bad_looks: dict[str, int] = {}
+        self._differ_looks = 0
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -60,6 +61,9 @@ class EventLog:
         self._see_links(before, now)
         if not now.fresh:
             return
+        self._differ_looks = self._differ_looks + 1 if now.settings_differ else 0
+        if self._differ_looks == LOOKS_TO_BE_LOST:
+            self.add("the nav process uses other settings than this screen shows", WARN)
         if now.mission != before.mission and now.mission:
             self.add(f"mission {now.mission}")
         if now.requested != before.requested:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from target_nav.config import Config
 from target_nav.gui.source import World, age_text
+from target_nav.state.live_settings import fingerprint
 from target_nav.state.types import OutcomeKind
 
 FINE_CONDITIONS = frozenset({"running", "exited", "waiting", "starting"})
@@ -63,6 +65,8 @@ class StatusView:
     dead: tuple[str, ...]
     notice: str
     notice_count: int
+    settings_differ: bool
+    """The nav process uses other values than this screen shows."""
     banner: str
     fresh: bool
 
@@ -102,6 +106,7 @@ def status_view(world: World, config: Config) -> StatusView:
         dead=dead,
         notice=nav.notice if nav is not None else "",
         notice_count=nav.notice_count if nav is not None else 0,
+        settings_differ=fresh and nav is not None and nav.settings_crc != _crc(config),
         banner=_banner(world, links, dead),
         fresh=fresh,
     )
@@ -147,6 +152,11 @@ def _odometry(world: World, age_s: float, limit_s: float, told: str) -> LinkView
     if link.fresh or drives or not world.nav.fresh:
         return link
     return replace(link, text="quiet", problem="", quiet=True)
+
+
+@lru_cache(maxsize=2)
+def _crc(config: Config) -> int:
+    return fingerprint(config)
 
 
 def _banner(world: World, links: tuple[LinkView, ...], dead: tuple[str, ...]) -> str:

@@ -217,6 +217,33 @@ def test_a_changed_setting_is_saved_and_changes_how_fast_the_robot_is_driven(sta
     wait_until(stack.stands, "the robot stops", 3.0)
 
 
+def test_another_mission_is_chosen_and_waits_for_go(stack: Stack) -> None:
+    stack.stop()
+    stack.hand.page(7)
+    for name in ("patrol", "bowling pin"):
+        stack.hand.press(name)
+        wait_until(lambda n=name: stack.nav.mission == n.replace(" ", "_"), f"{name} is loaded")
+        assert not stack.nav.requested
+    stack.hand.press("bowling pin 28 x 8 cm")
+    wait_until(lambda: "bowling_pin,0.28,0.08" in stack.nav.notice, "the target is taken")
+
+
+def test_a_motor_turns_while_its_field_is_held(stack: Stack) -> None:
+    stack.stop()
+    stack.hand.page(8)
+    stack.hand.reveal("motor test")
+    stack.hand.press("motor test")
+    arduino = stack.run_dir / "logs" / "arduino.log"
+    before = arduino.read_text()
+    with stack.screen.held_mouse(*stack.hand.place("front left")):
+        wait_until(
+            lambda: "command TMOTOR,FL,80" in arduino.read_text()[len(before) :], "the motor's command"
+        )
+        time.sleep(0.8)
+        assert "command STOP" not in arduino.read_text()[len(before) :]
+    wait_until(lambda: "command STOP" in arduino.read_text()[len(before) :], "STOP when it is released", 3.0)
+
+
 def test_go_starts_the_mission_and_every_stop_stops_the_robot(stack: Stack) -> None:
     stack.stop()
     stack.hand.page(1)

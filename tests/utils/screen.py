@@ -153,7 +153,7 @@ class PanelHand:
         assert not cut_off, f"{label} at {found} is cut off"
         return x + width // 2, y + height // 2
 
-    def reveal(self, label: str, page_from_px: int = 90, page_to_px: int = 420) -> None:
+    def reveal(self, label: str, page_from_px: int = 80, page_to_px: int = 424) -> None:
         """Turn the mouse's wheel over a list until a key of it is seen whole."""
         for _ in range(40):
             x, y, width, height = self.boxes()[label]

@@ -7,7 +7,7 @@ from typing import Any
 
 from target_nav.gui.gtk import Gdk, Gtk
 from target_nav.gui.panels.pane import Context, text
-from target_nav.gui.panels.style import BLUE, GREY, LINE, PANE, SKY, TEXT
+from target_nav.gui.panels.style import BLUE, GREY, LINE, PANE, SKY, TEXT, YELLOW
 
 
 class HoldField(Gtk.DrawingArea):
@@ -26,7 +26,11 @@ class HoldField(Gtk.DrawingArea):
         self.add_events(mask.BUTTON_PRESS_MASK | mask.BUTTON_RELEASE_MASK | mask.LEAVE_NOTIFY_MASK)
         self.connect("draw", self._draw)
         self.connect("button-press-event", self._press)
-        for signal in ("button-release-event", "leave-notify-event", "grab-broken-event", "unmap"):
+        self.set_can_focus(True)
+        self.connect("key-press-event", self._key_press)
+        self.connect("key-release-event", self._key_release)
+        mouse = ("button-release-event", "leave-notify-event", "grab-broken-event")
+        for signal in (*mouse, "unmap", "focus-out-event"):
             self.connect(signal, self._release)
 
     def _press(self, widget: Any, event: Any) -> bool:
@@ -35,6 +39,22 @@ class HoldField(Gtk.DrawingArea):
             self._on_hold()
             self.queue_draw()
         return True
+
+    def _key_press(self, widget: Any, event: Any) -> bool:
+        """Enter holds it, for whoever has no finger to spare."""
+        if (
+            event.keyval not in (Gdk.KEY_Return, Gdk.KEY_KP_Enter)
+            or event.state & Gdk.ModifierType.CONTROL_MASK
+        ):
+            return False
+        if not self._held:
+            self._held = True
+            self._on_hold()
+            self.queue_draw()
+        return True
+
+    def _key_release(self, widget: Any, event: Any) -> bool:
+        return self._release(widget) if event.keyval in (Gdk.KEY_Return, Gdk.KEY_KP_Enter) else False
 
     def _release(self, widget: Any, event: Any = None) -> bool:
         if self._held:
@@ -50,7 +70,7 @@ class HoldField(Gtk.DrawingArea):
         cr.set_source_rgb(*(SKY if active else BLUE if enabled else PANE))
         cr.rectangle(3, 3, size.width - 6, size.height - 6)
         cr.fill_preserve()
-        cr.set_source_rgb(*(TEXT if active else LINE))
+        cr.set_source_rgb(*(YELLOW if self.has_focus() else TEXT if active else LINE))
         cr.set_line_width(3.0)
         cr.stroke()
         middle = size.width / 2.0

@@ -12,7 +12,7 @@ from target_nav.gui.view_radar import RadarView
 from target_nav.state.types import FloatArray
 
 REACH_M = 3.0
-_RINGS_M = (1.0, 2.0, 3.0)
+_MOST_REACH_M = 7.0
 
 
 class RadarPane(Pane):
@@ -24,13 +24,17 @@ class RadarPane(Pane):
 
     def paint(self, cr: Context, views: Views, width: float, height: float) -> None:
         view = views.radar
-        scale = 0.62 * height / self._reach_m
+        target = view.target
+        # a target farther off is brought into the picture
+        seen_m = self._reach_m if target is None else max(self._reach_m, 1.15 * target.range_m)
+        reach_m = min(seen_m, _MOST_REACH_M)
+        scale = 0.62 * height / reach_m
         cr.save()
         cr.rectangle(0, 0, width, height)
         cr.clip()
         # x ahead is up, y left is left
         cr.translate(width / 2.0, 0.64 * height)
-        _rings(cr, scale, width)
+        _rings(cr, scale, reach_m)
         if view.avoid_fresh and view.direction_rad is not None:
             _room(cr, view, scale)
         _points(cr, view.points_m, scale, 2.4, SKY)
@@ -42,7 +46,6 @@ class RadarPane(Pane):
         _target(cr, view, scale)
         _motion(cr, view, scale)
         cr.restore()
-        target = view.target
         words = "no target"
         if target is not None:
             sure = "" if target.confirmed else " ?"
@@ -59,14 +62,16 @@ class RadarPane(Pane):
             veil(cr, width, height, view.message, age)
 
 
-def _rings(cr: Context, scale: float, width: float) -> None:
+def _rings(cr: Context, scale: float, reach_m: float) -> None:
     cr.set_source_rgb(*LINE)
     cr.set_line_width(1.0)
-    for ring_m in _RINGS_M:
+    whole = range(1, int(reach_m) + 1)
+    for ring_m in whole:
         cr.arc(0, 0, ring_m * scale, 0, math.tau)
         cr.stroke()
-        text(cr, 4, -ring_m * scale + 13, f"{ring_m:.0f} m", 12.0, GREY)
-    grid_line(cr, 0, -_RINGS_M[-1] * scale, 0, 0)
+        text(cr, 4, -ring_m * scale + 13, f"{ring_m} m", 12.0, GREY)
+        cr.set_source_rgb(*LINE)
+    grid_line(cr, 0, -whole[-1] * scale, 0, 0)
 
 
 def _points(

@@ -12,13 +12,14 @@ from target_nav.gui.operator import Operator
 from target_nav.gui.panels.camera_pane import CameraPane
 from target_nav.gui.panels.widgets import button, column, label, row
 from target_nav.gui.source import World
+from target_nav.state.types import TargetSpec
 
 
 class CalibrationTab(Gtk.Box):
     def __init__(self, operator: Operator) -> None:
         super().__init__(orientation=Gtk.Orientation.HORIZONTAL, spacing=8)
         self._operator = operator
-        self._gap_m = 1.0
+        self._gap_m, self._width_m = 1.0, TargetSpec().width_m
         self._running: PinCalibration | None = None
         self._result: CalibrationResult | None = None
         self._shown = label("", "big", x=0.5)
@@ -41,6 +42,8 @@ class CalibrationTab(Gtk.Box):
 
     def update(self, views: Views, world: World | None) -> None:
         self.camera.show_views(views)
+        if world is not None and world.nav.value is not None:
+            self._width_m = world.nav.value.spec.width_m
         running = self._running
         if running is None or world is None:
             return
@@ -50,13 +53,14 @@ class CalibrationTab(Gtk.Box):
             return
         self._running, self._result = None, running.result()
         if self._result is not None:
-            self._told.set_text(self._result.text)
-            self._save.set_sensitive(True)
+            wrong = f"✘ {self._result.problem}. " if self._result.problem else ""
+            self._told.set_text(wrong + self._result.text)
+            self._save.set_sensitive(not self._result.problem)
 
     def _begin(self) -> None:
         self._result = None
         self._save.set_sensitive(False)
-        self._running = PinCalibration(self._operator.settings.config, self._gap_m, 0.08)
+        self._running = PinCalibration(self._operator.settings.config, self._gap_m, self._width_m)
 
     def _keep(self) -> None:
         result = self._result

@@ -33,6 +33,7 @@ def test_it_finds_what_is_wrong(focal_px: float, yaw_rad: float) -> None:
     assert result is not None
     assert result.focal_px == pytest.approx(focal_px)
     assert result.yaw_rad == pytest.approx(yaw_rad, abs=1e-9)
+    assert not result.problem
 
 
 def test_noise_of_a_real_detector_leaves_less_than_two_percent() -> None:
@@ -73,3 +74,12 @@ def test_a_frame_counts_once_and_few_are_no_result() -> None:
         calibration.see(world())
     assert calibration.count == 1
     assert seen(Config(), focal_px=554.0, yaw_rad=0.0, n=LEAST_SAMPLES - 1).result() is None
+
+
+@pytest.mark.parametrize(("focal_px", "yaw_rad"), [(200.0, 0.0), (554.0, -0.2)])
+def test_a_pin_that_stands_elsewhere_is_told_instead_of_being_calibrated_away(
+    focal_px: float, yaw_rad: float
+) -> None:
+    result = seen(Config(), focal_px=focal_px, yaw_rad=yaw_rad, n=40).result()
+    assert result is not None
+    assert "does not stand where" in result.problem

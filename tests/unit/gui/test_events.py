@@ -76,3 +76,14 @@ def test_it_is_bounded_and_numbers_go_on() -> None:
         log.add(str(n))
     assert len(log.events) == CAPACITY
     assert log.events[-1].number == CAPACITY + 50
+
+
+def test_settings_that_differ_for_a_while_are_told_once() -> None:
+    log = EventLog()
+    for _ in range(LOOKS_TO_BE_LOST - 1):
+        log.see(status(settings_crc=1))
+    log.see(status())
+    assert len(log.events) == 1, "a change is on its way for a moment"
+    for _ in range(3 * LOOKS_TO_BE_LOST):
+        log.see(status(settings_crc=1))
+    assert texts(log)[1:] == ["the nav process uses other settings than this screen shows"]

@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from target_nav.config import Config
 from target_nav.gui.source import Link, World
+from target_nav.state.live_settings import fingerprint
 from target_nav.state.snapshots import (
     AvoidSnapshot,
     CameraFrame,
@@ -48,6 +50,7 @@ def nav(**changes: Any) -> NavSnapshot:
         "reason": "target 2.0 m off", "requested": True, "pose_in_odom": Pose2D(), "twist_sent": Twist2D(0.15),
         "limited_by": "", "track": track(), "spec": TargetSpec(), "scan_age_s": 0.2, "odom_age_s": 0.05,
         "camera_age_s": 0.1, "rate_hz": 20.0, "jitter_p99_s": 0.001, "overruns": 0, "mission": "bowling_pin",
+        "settings_crc": fingerprint(Config()),
     }  # fmt: skip
     return NavSnapshot(**{**values, **changes})
 
