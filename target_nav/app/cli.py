@@ -20,6 +20,7 @@ COMMANDS = {
     "test": "target_nav.app.commands.test",
     "replay": "target_nav.app.commands.replay",
     "gui": "target_nav.app.commands.gui",
+    "calibrate": "target_nav.app.commands.calibrate",
     "doctor": "target_nav.app.commands.doctor",
     "say": "target_nav.app.commands.say",
     "status": "target_nav.app.commands.status",

@@ -45,6 +45,7 @@ def examine(config: Config) -> Iterator[Finding]:
     """All checks, one after the other, so that they can be shown as they come."""
     checks: tuple[Callable[[Config], Iterator[Finding]], ...] = (
         _python, _wheels, _ros, _shared_memory, _serial, _camera, _clocks, _cores, _panel, _mission,
+        _firmware,
     )  # fmt: skip
     for check in checks:
         yield from check(config)
@@ -201,6 +202,17 @@ def _panel(config: Config) -> Iterator[Finding]:
         yield Finding("panel", Verdict.OK, "GTK 3 is there; no display in this session")
     else:
         yield Finding("panel", Verdict.OK, f"GTK 3 and a display: {gui_launch.python_of()}")
+
+
+def _firmware(config: Config) -> Iterator[Finding]:
+    from target_nav.sim.firmware_library import firmware_version
+
+    try:
+        version = firmware_version()
+    except TargetNavError as error:
+        yield Finding("simulator's firmware", Verdict.NOTE, str(error), "needed to simulate only")
+    else:
+        yield Finding("simulator's firmware", Verdict.OK, f"version {version}, built for this machine")
 
 
 def _mission(config: Config) -> Iterator[Finding]:
