@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import logging
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -195,8 +196,9 @@ class Feed:
         kept = {n: t for n, t in sections.items() if n != "radar" or self.timeline.end % RADAR_EVERY == 0}
         mark = Mark(
             views.now_s,
-            status.state,
-            status.leaf,
+            # thousands of marks, a dozen words
+            sys.intern(status.state),
+            sys.intern(status.leaf),
             any(not (link.fresh or link.quiet) for link in status.links),
         )
         with self.lock:

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from typing import Any
 
 CHUNK = 20
-MOST_FRAMES = 6000
-"""Ten minutes at 10 Hz."""
+MOST_FRAMES = 3600
+"""Six minutes at 10 Hz."""
 MOST_BYTES = 2_500_000
 MOST_PICTURE_BYTES = 1_000_000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Mark:
     """What a strip shows of a frame. `stale`: some source was too old to be believed."""
 
