@@ -1,3 +1,4 @@
+# ruff: noqa: E402 (the imports below need what is asked for first)
 """The server as its clients meet it: pages, programs, spectators, and those who should not be there."""
 
 from __future__ import annotations
@@ -12,6 +13,10 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+
+for package in ("starlette", "uvicorn", "websockets"):
+    pytest.importorskip(package, reason=f"the extra `web` is not installed here ({package})")
+
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from target_nav.errors import DeviceError
