@@ -30,8 +30,8 @@ PICTURES_ON_THE_WAY = 1
 MARKS_AT_ONCE = 1500
 ASKED_AT_ONCE = 8
 HELLO_LIMIT_S = 5.0
-SILENT_LIMIT_S = 15.0
-"""A page says something every few seconds; one that does not is gone."""
+SILENT_LIMIT_S, HIDDEN_LIMIT_S = 15.0, 150.0
+"""A page says something every few seconds; one that does not is gone. Browsers let a hidden one run once a minute."""
 PICTURE_HEAD = struct.Struct("<II")
 """Before the JPEG: its number, its age in milliseconds."""
 
@@ -175,7 +175,8 @@ class Viewer:
         while True:
             await self._wake.wait()
             self._wake.clear()
-            if time.monotonic() - self._heard_s > SILENT_LIMIT_S:
+            limit_s = SILENT_LIMIT_S if self._wants_views else HIDDEN_LIMIT_S
+            if time.monotonic() - self._heard_s > limit_s:
                 await self._close(TOO_SILENT, "nothing heard from this page")
                 return
             try:
