@@ -32,7 +32,8 @@ log = logging.getLogger(__name__)
 
 MOST_MESSAGE_BYTES = 2_000_000
 MOST_BODY_BYTES = 100_000
-MOST_VIEWERS = 32
+MOST_SPECTATORS, MOST_VIEWERS = 24, 32
+"""So that spectators never keep an operator out."""
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
 """Of glibc's malloc.h."""
 _LARGE_BLOCK_BYTES = 256 * 1024
@@ -116,7 +117,7 @@ class Site:
         viewer = Viewer(socket, self.console, peer)
         self._viewers.add(viewer)
         try:
-            await viewer.serve()
+            await viewer.serve(crowded=len(self._viewers) > MOST_SPECTATORS)
         finally:
             self._viewers.discard(viewer)
 

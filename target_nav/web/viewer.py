@@ -35,7 +35,7 @@ SILENT_LIMIT_S, HIDDEN_LIMIT_S = 15.0, 150.0
 PICTURE_HEAD = struct.Struct("<II")
 """Before the JPEG: its number, its age in milliseconds."""
 
-WRONG_TOKEN, BAD_MESSAGE, TOO_SILENT = 4401, 4400, 4408
+WRONG_TOKEN, BAD_MESSAGE, TOO_SILENT, TOO_MANY = 4401, 4400, 4408, 4429
 
 
 class Viewer:
@@ -61,10 +61,13 @@ class Viewer:
     def wake(self) -> None:
         self._wake.set()
 
-    async def serve(self) -> None:
-        """Returns when the page has gone, for whatever reason."""
+    async def serve(self, crowded: bool) -> None:
+        """Returns when the page has gone, for whatever reason. `crowded`: there is room for operators only."""
         role = await self._hello()
         if role is None:
+            return
+        if crowded and role is Role.SPECTATOR:
+            await self._close(TOO_MANY, "too many spectators")
             return
         self.role = role
         sender = asyncio.create_task(self._send_on())

@@ -128,6 +128,16 @@ def test_without_a_token_one_watches_and_moves_nothing(served: Served, ear: Ear)
     assert ear.heard == []
 
 
+def test_spectators_never_keep_an_operator_out(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("target_nav.web.server.MOST_SPECTATORS", 1)
+    with served.page(token=None) as first, served.page(token=None) as second, served.page() as operator:
+        assert first.views()
+        with pytest.raises(ConnectionClosed):
+            second.until(lambda _: False)
+        assert second.socket.close_code == 4429
+        assert operator.receive()["role"] == "operator"
+
+
 def test_a_program_needs_the_token_to_move_the_robot_and_none_to_look(served: Served, ear: Ear) -> None:
     assert request(served, "/api/status")[0] == 200
     assert request(served, "/api/go", "POST")[0] == 401
