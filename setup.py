@@ -82,7 +82,7 @@ setup(
     python_requires=">=3.10,<3.14",
     packages=find_packages(include=[NAME, f"{NAME}.*", "behaviours", "behaviours.*", "trees"]),
     package_data={
-        NAME: ["sim/arenas/*.yaml", "web/static/*", "web/static/js/*"],
+        NAME: ["sim/arenas/*.yaml", "sim/arenas/*/*.yaml", "web/static/*", "web/static/js/*"],
         "trees": ["*.xml", "*.yaml", "subtrees/*", "scenarios/*"],
     },
     data_files=[
@@ -100,6 +100,7 @@ setup(
         "numpy>=1.24",
         "opencv-python-headless>=4.6",
         "filterpy>=1.4.5",
+        "scipy>=1.10",
         "pyserial>=3.5",
         "py_trees>=2.6,<2.7",
         "PyYAML>=6",

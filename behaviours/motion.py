@@ -27,7 +27,7 @@ class MotionLeaf(MissionLeaf):
 
     STATE: ClassVar[NavState]
     NEAR_TARGET: ClassVar[bool] = False
-    READS = (
+    READS: ClassVar[tuple[Key, ...]] = (
         keys.NOW_S, keys.DT_S, keys.POSE, keys.TWIST, keys.TRACK, keys.OBSTACLES, keys.DETECTIONS, keys.SPEC,
         keys.CONFIG,
     )  # fmt: skip

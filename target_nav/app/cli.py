@@ -13,6 +13,8 @@ from target_nav.errors import TargetNavError
 COMMANDS = {
     "run": "target_nav.app.commands.run",
     "campaign": "target_nav.app.commands.campaign",
+    "compare": "target_nav.app.commands.compare",
+    "barn": "target_nav.app.commands.barn",
     "check": "target_nav.app.commands.check",
     "convert": "target_nav.app.commands.convert",
     "nodes": "target_nav.app.commands.nodes",

@@ -272,7 +272,7 @@ class NavCore:
             self.root.stop(Status.INVALID)
             self._finished, self._requested = None, False
         if not self._requested:
-            self._board.write(keys.VISITED, None)
+            self._forget_places()
         self._requested, self._paused = True, False
         self.operator.end_by_hand()
         log.info("GO")
@@ -287,8 +287,13 @@ class NavCore:
         self._poses.clear()
         self._tracker.reset()
         self._obstacles.clear()
-        self._board.write(keys.VISITED, None)
+        self._forget_places()
         log.info("odometry reset")
+
+    def _forget_places(self) -> None:
+        """What the mission has remembered of the floor, in odom."""
+        self._board.write(keys.VISITED, None)
+        self._board.write(keys.SEARCH, None)
 
     def _pause(self, command: Command) -> None:
         self._paused = True

@@ -94,6 +94,15 @@ VISITED = Key(
     "places (x, y) in odom of targets that no longer count; GO forgets them",
     True,
 )
+SEARCH = Key(
+    "/search/begun",
+    tuple,
+    "",
+    "SpiralSearch",
+    ("SpiralSearch",),
+    "what was asked for, and the search that is under way; GO forgets it",
+    True,
+)
 REQUEST = Key(
     "/motion/request", MotionRequest, "m/s, rad/s", "*motion", ("nav loop",), "what the wheels shall do", True
 )
@@ -102,5 +111,5 @@ CONFIG = Key("/config", Config, "", "nav loop", ("*motion", "InputsFresh"), "the
 
 ALL: tuple[Key, ...] = (
     NOW_S, DT_S, REQUESTED, SCAN_AGE_S, ODOM_AGE_S, CAMERA_AGE_S, POSE, TWIST, OBSTACLES, DETECTIONS, TRACK, SPEC,
-    TARGET_CHOICE, VISITED, REQUEST, OUTCOME, CONFIG,
+    TARGET_CHOICE, VISITED, SEARCH, REQUEST, OUTCOME, CONFIG,
 )  # fmt: skip
