@@ -38,6 +38,8 @@ AMENT_CMAKE_PARTS = [
 ]
 
 GROOT = ["pyzmq>=25", "msgpack>=1.0"]
+# uvicorn without its extras: of those only the WebSocket library is wanted here.
+WEB = ["starlette>=0.40", "uvicorn>=0.35", "websockets>=14"]
 TEST = ["pytest>=8", "pytest-timeout>=2.3", "hypothesis>=6.100"]
 ROS = ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"]
 # What it takes to build deploy/interfaces against those wheels; the metapackages do not pull all of it in.
@@ -80,7 +82,7 @@ setup(
     python_requires=">=3.10,<3.14",
     packages=find_packages(include=[NAME, f"{NAME}.*", "behaviours", "behaviours.*", "trees"]),
     package_data={
-        NAME: ["sim/arenas/*.yaml", "sim/arenas/*/*.yaml"],
+        NAME: ["sim/arenas/*.yaml", "sim/arenas/*/*.yaml", "web/static/*", "web/static/js/*"],
         "trees": ["*.xml", "*.yaml", "subtrees/*", "scenarios/*"],
     },
     data_files=[
@@ -114,6 +116,8 @@ setup(
         "record": ["mcap>=1.1"],
         # Groot2's monitor: ZeroMQ, and MessagePack for the blackboard.
         "groot": GROOT,
+        # The browser console.
+        "web": WEB,
         "test": TEST,
         "dev": [
             *TEST,
@@ -131,6 +135,9 @@ setup(
             "behaviortreepy>=0.1.4",
             "xmlschema>=3.4",
             *GROOT,
+            *WEB,
+            # Drives a real browser in the console's tests.
+            "selenium>=4.20",
             "colcon-common-extensions",
             "empy<4",
             # colcon calls setup.py with options that setuptools 80 removed.

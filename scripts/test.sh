@@ -52,6 +52,7 @@ fast_tests() {
 
 # The panel's tests drive it on a screen of their own; where its packages cannot be had they are skipped with a reason.
 check 'packages of the panel' scripts/install-panel.sh --test --if-root
+check 'browser for the console' scripts/install-browser.sh --if-root
 check 'ruff check' "$bin/ruff" check .
 check 'ruff format' "$bin/ruff" format --check .
 check 'mypy' "$bin/mypy"
