@@ -40,7 +40,7 @@ AMENT_CMAKE_PARTS = [
 GROOT = ["pyzmq>=25", "msgpack>=1.0"]
 # uvicorn without its extras: of those only the WebSocket library is wanted here.
 WEB = ["starlette>=0.40", "uvicorn>=0.35", "websockets>=14"]
-TEST = ["pytest>=8", "pytest-timeout>=2.3", "hypothesis>=6.100"]
+TEST = ["pytest>=8", "pytest-timeout>=2.3", "pytest-xdist", "hypothesis>=6.100"]
 ROS = ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"]
 # What it takes to build deploy/interfaces against those wheels; the metapackages do not pull all of it in.
 INTERFACES = [
@@ -121,7 +121,6 @@ setup(
         "test": TEST,
         "dev": [
             *TEST,
-            "pytest-xdist",
             "ruff",
             "mypy",
             "import-linter",
