@@ -28,8 +28,8 @@ class MotionLeaf(MissionLeaf):
     STATE: ClassVar[NavState]
     NEAR_TARGET: ClassVar[bool] = False
     READS: ClassVar[tuple[Key, ...]] = (
-        keys.NOW_S, keys.DT_S, keys.POSE, keys.TWIST, keys.TRACK, keys.OBSTACLES, keys.DETECTIONS, keys.SPEC,
-        keys.CONFIG,
+        keys.NOW_S, keys.DT_S, keys.POSE, keys.TWIST, keys.TRACK, keys.OBSTACLES, keys.SCAN_TAKEN,
+        keys.DETECTIONS, keys.SPEC, keys.CONFIG,
     )  # fmt: skip
     WRITES: ClassVar[tuple[Key, ...]] = (keys.REQUEST,)
 
@@ -52,6 +52,7 @@ class MotionLeaf(MissionLeaf):
             track=self.read(keys.TRACK),
             obstacles_in_base_m=self.read(keys.OBSTACLES),
             detections=self.read(keys.DETECTIONS),
+            is_busy=self.read(keys.SCAN_TAKEN),
         )
 
     def initialise(self) -> None:

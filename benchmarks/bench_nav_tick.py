@@ -27,6 +27,7 @@ from target_nav.nav.look_round import LookRound
 from target_nav.nav.navigate import NavigateToTarget
 from target_nav.nav.obstacles import ObstacleMemory
 from target_nav.nav.poses import PoseHistory
+from target_nav.nav.scan_points import ScanPlacer
 from target_nav.nav.skill import Skill, SkillStatus, View
 from target_nav.nav.spiral_search import SpiralSearch
 from target_nav.nav.tracker import TargetTracker
@@ -143,8 +144,9 @@ def drive(case: Case, parts: dict[str, list[float]]) -> list[float]:
 def one_run(case: Case, seed: int, ticks: int, parts: dict[str, list[float]]) -> list[float]:
     simulation = Simulation(arena_of(case.start), seed)
     io = SimIo(simulation, CONFIG)
-    poses, obstacles = PoseHistory(), ObstacleMemory(CONFIG)
-    tracker, limiter = TargetTracker(CONFIG), VelocityLimiter(CONFIG)
+    placer = ScanPlacer(CONFIG.lidar)
+    poses, obstacles = PoseHistory(), ObstacleMemory(CONFIG, placer)
+    tracker, limiter = TargetTracker(CONFIG, placer), VelocityLimiter(CONFIG)
     skill: Skill | None = None
     times: list[float] = []
     tick = 0
@@ -159,7 +161,7 @@ def one_run(case: Case, seed: int, ticks: int, parts: dict[str, list[float]]) ->
         if pose is None or latest is None:
             simulation.serial_write(protocol.encode_velocity(STOP))
             continue
-        obstacles.update(now_s, poses, inputs.scan)
+        scan_taken = obstacles.update(now_s, poses, inputs.scan)
         seen_s = time.thread_time()
         track = tracker.update(now_s, poses, SPEC, inputs.detections, inputs.scan)
         tracked_s = time.thread_time()
@@ -172,6 +174,7 @@ def one_run(case: Case, seed: int, ticks: int, parts: dict[str, list[float]]) ->
             track if case.with_track else None,
             points,
             inputs.detections,
+            is_busy=scan_taken,
         )
         given_s = time.thread_time()
         if skill is None and now_s >= 2.0:

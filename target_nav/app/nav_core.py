@@ -23,6 +23,7 @@ from target_nav.nav.limiter import Limited, VelocityLimiter
 from target_nav.nav.manual_drive import OWNER as MANUAL_OWNER
 from target_nav.nav.obstacles import ObstacleMemory
 from target_nav.nav.poses import PoseHistory
+from target_nav.nav.scan_points import ScanPlacer
 from target_nav.nav.tracker import TargetTracker
 from target_nav.nav.visited import VISITED_RADIUS_M, without_visited
 from target_nav.state import keys
@@ -94,8 +95,9 @@ class NavCore:
         self._board.write(keys.SPEC, TargetSpec())
         self._poses = PoseHistory()
         self._camera_in_base = Pose2D(config.camera.x_m, config.camera.y_m, config.camera.yaw_rad)
-        self._obstacles = ObstacleMemory(config)
-        self._tracker = TargetTracker(config)
+        placer = ScanPlacer(config.lidar)
+        self._obstacles = ObstacleMemory(config, placer)
+        self._tracker = TargetTracker(config, placer)
         self._limiter = VelocityLimiter(config)
         self._commands = CommandDispatcher(
             {
@@ -195,7 +197,8 @@ class NavCore:
 
     def _update_track(self, inputs: Inputs) -> None:
         spec, visited = self._board.read(keys.SPEC), self._board.read(keys.VISITED) or ()
-        self._obstacles.update(inputs.now_s, self._poses, inputs.scan)
+        scan_taken = self._obstacles.update(inputs.now_s, self._poses, inputs.scan)
+        self._board.write(keys.SCAN_TAKEN, scan_taken)
         self._tracker.forget_near(visited, VISITED_RADIUS_M)
         detections = without_visited(inputs.detections, self._poses, self._camera_in_base, visited)
         self._track = self._tracker.update(inputs.now_s, self._poses, spec, detections, inputs.scan)

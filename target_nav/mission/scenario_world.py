@@ -152,6 +152,7 @@ class ScriptedWorld:
             keys.TRACK: track,
             keys.DETECTIONS: frame,
             keys.OBSTACLES: self._obstacles.in_base(self._pose),
+            keys.SCAN_TAKEN: False,
         }
         for key, value in values.items():
             Blackboard.set(key.name, value)

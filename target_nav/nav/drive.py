@@ -29,9 +29,11 @@ from target_nav.nav.speed import (
 from target_nav.nav.steering import BodySteering
 from target_nav.nav.vfh import Steering
 from target_nav.state.types import STOP, Avoidance, FloatArray, Twist2D
-from target_nav.utils.frames import points_to_parent, to_child, wrap_angle
+from target_nav.utils.frames import points_to_parent, to_child, to_parent, wrap_angle
 
 _REPLAN_S = 0.3
+_MAY_WAIT_S = 0.1
+"""So much later at most, for a tick that has nothing else that is heavy. Avoidance and limiter never wait."""
 _REACHED_M = 0.12
 _AT_GOAL_M = 0.06
 _REACTION_S = 0.25
@@ -97,6 +99,7 @@ class Driver:
         self._steering.reset()
         self._yaw.reset()
         self._planned_s = -math.inf
+        self._straight_in_odom_m: tuple[float, float] | None = None
         self._turned_to_rad, self._turned_at_s = -10.0, math.inf
 
     def drive(
@@ -158,6 +161,13 @@ class Driver:
         extra_points_m: FloatArray | None,
         limit_m: float,
     ) -> _Leg | None:
+        pose = view.pose_in_odom
+        last_m, self._straight_in_odom_m = self._straight_in_odom_m, None
+        if straight_to_m is None and last_m is not None and view.is_busy:
+            # The straight way has just been closed, and a plan may wait a tick: avoidance looks after that long.
+            straight_to_m = to_child(pose, *last_m)
+        elif straight_to_m is not None:
+            self._straight_in_odom_m = to_parent(pose, *straight_to_m)
         if straight_to_m is not None:
             self._planner.reset()
             self._planned_s = -math.inf
@@ -166,7 +176,6 @@ class Driver:
         route = self._route(view, goals, extra_points_m, limit_m)
         if route is None:
             return None
-        pose = view.pose_in_odom
         in_sight = route.sight >= len(route.points_m) - 1
         last = to_child(pose, float(route.points_m[-1, 0]), float(route.points_m[-1, 1]))
         # What is left counts from here, not from where the plan was made.
@@ -186,10 +195,13 @@ class Driver:
     ) -> Route | None:
         pose = view.pose_in_odom
         route = self._planner.route
-        due = view.now_s - self._planned_s >= _REPLAN_S
+        waited_s = view.now_s - self._planned_s - _REPLAN_S
+        due = waited_s >= 0.0
         if route is not None and not due:
             x, y = to_child(pose, *route.next_m)
             due = math.hypot(x, y) < _REACHED_M and route.sight < len(route.points_m) - 1
+        if view.is_busy and route is not None and waited_s < _MAY_WAIT_S:
+            due = False
         if due:
             self._planned_s = view.now_s
             known = self.known_points(view)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from target_nav.config import Config
 from target_nav.nav.poses import PoseHistory
-from target_nav.nav.scan_points import ScanPoints, deskewed_points_in_odom
+from target_nav.nav.scan_points import ScanPlacer, ScanPoints
 from target_nav.state.types import FloatArray, Pose2D, Scan, TargetSpec, Track
 from target_nav.utils.frames import points_to_child
 
@@ -44,8 +44,10 @@ _NO_POINTS: FloatArray = np.empty((0, 2))
 class ObstacleMemory:
     """Call `update` each tick, then `points_in_base` as often as needed."""
 
-    def __init__(self, config: Config) -> None:
+    def __init__(self, config: Config, placer: ScanPlacer | None = None) -> None:
+        """`placer` places scans, one of its own if none is given."""
         self._config = config
+        self._placer = placer or ScanPlacer(config.lidar)
         look_m = config.avoid.look_ahead_m + config.avoid.margin_m + config.robot.circumscribed_radius_m
         # Never less than what the avoidance looks at.
         self._reach_m = max(config.avoid.memory_radius_m, look_m)
@@ -62,21 +64,27 @@ class ObstacleMemory:
         self._scan_stamp_s = -math.inf
         self._next_expiry_s = math.inf
 
-    def update(self, now_s: float, poses: PoseHistory, scan: Scan | None) -> None:
-        """Take the newest scan, once; let old points go. A scan that `poses` do not cover yet is tried again."""
+    def update(self, now_s: float, poses: PoseHistory, scan: Scan | None) -> bool:
+        """Take the newest scan, once; let old points go. A scan that `poses` do not cover yet is tried again.
+
+        Returns whether a scan was taken.
+        """
         if not math.isfinite(now_s):
-            return
+            return False
+        taken = False
         if poses.epoch != self._epoch:
             self.clear()
             self._epoch = poses.epoch
         # "not <=" and not ">", so that a NaN stamp is refused.
         if scan is not None and not scan.stamp_s <= self._scan_stamp_s:
-            points = deskewed_points_in_odom(scan, poses, self._config.lidar)
+            points = self._placer.place(scan, poses)
             if points is not None:
+                taken = True
                 self._scan_stamp_s = scan.stamp_s
                 self._merge(points, self._near_laser(points) & self._not_seen_past(points))
         if now_s >= self._next_expiry_s:
             self._expire(now_s)
+        return taken
 
     def points_in_base(self, pose_in_odom: Pose2D, track: Track | None, spec: TargetSpec) -> FloatArray:
         """Obstacle points in base_link, shape (N, 2), out to `memory_radius_m` from base_link.

@@ -20,6 +20,7 @@ from target_nav.nav.route_grid import (
     CostGrid,
     RouteGrid,
     Steps,
+    route_grid,
     so_far,
     step_lengths,
 )
@@ -28,8 +29,10 @@ from target_nav.state.types import FloatArray
 
 _SIDES = (161, 321)
 """Eight metres across, and sixteen where the goals are farther off or there is no way within eight."""
-_BAND_CELLS = 16
-"""Ways to many spots are only compared, so 0.8 m is fine enough."""
+_COARSE_CELLS = 2
+"""Ways to many spots are only compared, so cells of 0.10 m will do; the obstacles are grown on the fine grid ..."""
+_BAND_CELLS = 8
+"""... and so will 0.8 m of cost."""
 _SAME_WAY_M = 0.35
 _DOUBTS = 2
 """So many plans in a row must find the present way blocked before another side is taken: one may be noise."""
@@ -56,7 +59,7 @@ class RoutePlanner:
     """Keeps the present route, so that a new plan does not change sides for nothing."""
 
     def __init__(self, config: Config) -> None:
-        self._grids = tuple(RouteGrid(config, side) for side in _SIDES)
+        self._grids = tuple(route_grid(config.robot, config.avoid, side) for side in _SIDES)
         self.route: Route | None = None
         self._doubts = 0
 
@@ -119,13 +122,22 @@ class RoutePlanner:
         Of a spot outside the window nothing is known: it costs `limit_m`.
         """
         start, grid = np.array(start_m), self._grids[-1]
-        steps, _ = grid.costs(points_in_odom_m - start if len(points_in_odom_m) else points_in_odom_m)
-        wave, _ = spread(grid.side, steps, [(0, 1 << grid.centre)], 0, int(limit_m / CELL_M))
+        _, cost_grid = grid.costs(points_in_odom_m - start if len(points_in_odom_m) else points_in_odom_m)
+        side, cell_m = -(-grid.side // _COARSE_CELLS), _COARSE_CELLS * CELL_M
+        middle = grid.half // _COARSE_CELLS
+        wave, _ = spread(
+            side,
+            grid.coarse(cost_grid, _COARSE_CELLS),
+            [(0, 1 << (middle * side + middle))],
+            0,
+            int(limit_m / cell_m),
+        )
         index = grid.cells(spots_m - start)
         inside = grid.within(index)
+        index = index[inside] // _COARSE_CELLS
         costs = np.full(len(spots_m), limit_m)
-        near = wave.costs_near(index[inside, 1], index[inside, 0], NEAR_SPOT_CELLS, _BAND_CELLS)
-        costs[inside] = np.where(near >= 0, near * CELL_M, math.inf)
+        near = wave.costs_near(index[:, 1], index[:, 0], NEAR_SPOT_CELLS // _COARSE_CELLS, _BAND_CELLS)
+        costs[inside] = np.where(near >= 0, near * cell_m, math.inf)
         return costs
 
     def _choose(

@@ -6,11 +6,12 @@ Centred on the robot anew for each plan, axes as odom's. Cells are counted as (c
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from target_nav.config import Config
+from target_nav.config import AvoidConfig, RobotConfig
 from target_nav.nav.footprint import Footprint
 from target_nav.nav.lidar_noise import range_sigma_m
 from target_nav.nav.wavefront import Discs, dilate, inner, to_bits, to_grid
@@ -38,21 +39,27 @@ CostGrid = NDArray[np.uint8]
 """Row by column; 0 is blocked."""
 
 
-class RouteGrid:
-    """A square of `side` cells, an odd number."""
+@lru_cache(maxsize=8)
+def route_grid(robot: RobotConfig, avoid: AvoidConfig, side: int) -> RouteGrid:
+    """One grid for all skills of a process: its tables take 5 ms, and a skill begins within a tick."""
+    return RouteGrid(robot, avoid, side)
 
-    def __init__(self, config: Config, side: int) -> None:
-        body = Footprint.of(config.robot)
+
+class RouteGrid:
+    """A square of `side` cells, an odd number. It remembers nothing between two plans."""
+
+    def __init__(self, robot: RobotConfig, avoid: AvoidConfig, side: int) -> None:
+        body = Footprint.of(robot)
         self.side, self.half = side, side // 2
         self.centre = self.half * side + self.half
         """Index of the robot's cell."""
-        self._fits_m = config.robot.half_width_m + config.avoid.stop_clearance_m
-        just_turns_m = body.circumscribed_radius_m + config.avoid.stop_clearance_m
+        self._fits_m = robot.half_width_m + avoid.stop_clearance_m
+        just_turns_m = body.circumscribed_radius_m + avoid.stop_clearance_m
         self._fits, self._just_turns = (
             Discs([max(radius_m - doubt_m, 0.0) / CELL_M for doubt_m in _DOUBTS_M], side)
             for radius_m in (self._fits_m, just_turns_m)
         )
-        self._turns_m = body.circumscribed_radius_m + config.avoid.margin_m + _LOST_TO_CELLS_M
+        self._turns_m = body.circumscribed_radius_m + avoid.margin_m + _LOST_TO_CELLS_M
         self._comfort_m = self._turns_m + _COMFORT_M
         self.pad = math.ceil(self._comfort_m / CELL_M) + 1
         """Cells so near to the border are not used: discs must not run over."""
@@ -91,8 +98,22 @@ class RouteGrid:
         ]
         grid = np.zeros((self.side, self.side), dtype=np.uint8)
         for cost, cells in steps:
-            grid[to_grid(cells, self.side)] = cost
+            # no cell is in two classes
+            grid += to_grid(cells, self.side).view(np.uint8) * np.uint8(cost)
         return steps, grid
+
+    def coarse(self, cost_grid: CostGrid, cells: int) -> Steps:
+        """The cost classes with `cells` by `cells` made one, which costs the least of them.
+
+        No wall gets a hole by that while a cell is smaller than half of what every obstacle was grown by.
+        """
+        side = -(-self.side // cells)
+        padded = np.zeros((side * cells, side * cells), dtype=np.uint8)
+        # what is blocked becomes the largest: 255
+        padded[: self.side, : self.side] = cost_grid
+        padded -= np.uint8(1)
+        least = padded.reshape(side, cells, side, cells).min(axis=(1, 3)) + np.uint8(1)
+        return [(cost, to_bits(least == cost)) for cost in (_FREE, _NEAR, _CLOSE, _TIGHT)]
 
     def _doubt_levels(self, points_m: FloatArray) -> NDArray[np.intp]:
         """Index into `_DOUBTS_M` of how much nearer to each point base_link may come; points relative to the robot."""
@@ -107,10 +128,17 @@ class RouteGrid:
         inside = self.within(index)
         if not inside.any():
             return self._rim(goals_m, start)
-        grouped: dict[int, int] = {}
-        for (column, row), cost in zip(index[inside].tolist(), extra[inside].tolist()):
-            grouped[cost] = grouped.get(cost, 0) | 1 << (row * self.side + column)
-        return list(grouped.items())
+        cells, costs = index[inside, 1] * self.side + index[inside, 0], extra[inside]
+        order = np.argsort(costs, kind="stable")
+        cells, costs = cells[order], costs[order]
+        groups = np.split(cells, np.flatnonzero(np.diff(costs)) + 1)
+        return [(cost, self._bits_of(group)) for cost, group in zip(sorted(set(costs.tolist())), groups)]
+
+    def _bits_of(self, cells: NDArray[np.intp]) -> int:
+        raw = bytearray((self.side * self.side + 7) // 8)
+        for cell in set(cells.tolist()):
+            raw[cell >> 3] |= 1 << (cell & 7)
+        return int.from_bytes(raw, "little")
 
     def _rim(self, goals_m: FloatArray, start: FloatArray) -> Steps:
         """For goals out of the window: a circle inside it, each point charged with its distance to the nearest goal."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from target_nav.config import LidarConfig
 from target_nav.nav.poses import PoseHistory
-from target_nav.state.types import FloatArray, Scan
+from target_nav.state.types import FloatArray, Odometry, Scan
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +42,23 @@ class ScanPoints:
         """Whether the last beam is the first one's neighbour."""
         step_rad = abs(self.angle_increment_rad)
         return len(self.ranges_m) * step_rad >= 2.0 * math.pi - 0.5 * step_rad
+
+
+class ScanPlacer:
+    """`deskewed_points_in_odom` for all who need the same scan in the same tick: done once, and handed out again."""
+
+    def __init__(self, lidar: LidarConfig) -> None:
+        self._lidar = lidar
+        self._of: tuple[Scan, PoseHistory, Odometry | None, int] | None = None
+        self._placed: ScanPoints | None = None
+
+    def place(self, scan: Scan, poses: PoseHistory) -> ScanPoints | None:
+        # The end of a scan may be extrapolated, so a newer odometry places it anew.
+        of = (scan, poses, poses.latest, poses.epoch)
+        last = self._of
+        if last is None or any(one is not other for one, other in zip(of[:3], last[:3])) or of[3] != last[3]:
+            self._of, self._placed = of, deskewed_points_in_odom(scan, poses, self._lidar)
+        return self._placed
 
 
 def deskewed_points_in_odom(scan: Scan, poses: PoseHistory, lidar: LidarConfig) -> ScanPoints | None:

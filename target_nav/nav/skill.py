@@ -26,6 +26,8 @@ class View:
     track: Track | None
     obstacles_in_base_m: FloatArray
     detections: DetectionFrame | None
+    is_busy: bool = False
+    """A new scan, or something else that is heavy, is in this tick already: what can wait a tick should."""
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,10 @@ from target_nav.state.types import STOP, Avoidance, Pose2D, Twist2D
 from target_nav.utils.frames import to_parent, wrap_angle
 
 _LOOK_EVERY_S = 0.25
+_ONWARD_S = 0.2
+"""So long it goes on as before while the next way-point is chosen; the limiter keeps it off things."""
+_LOOK_MAY_WAIT_S = 0.08
+"""For a tick that has taken in no scan."""
 _SURE_SHARE = 0.9
 """Of the camera's range, in which a target is surely found."""
 _LOOKS = ((0.2, math.inf), (0.08, math.inf), (0.4, 2.0))
@@ -97,6 +101,7 @@ class SpiralSearch(GuardedSkill):
         self._look_round_until_s: float | None = None
         self._no_way_since_s: float | None = None
         self._in_vain = 0
+        self._onward, self._drove_s = STOP, -math.inf
         if self._all_was_seen:
             self._begin_anew(view)
         self._viewpoints.drop()
@@ -131,8 +136,10 @@ class SpiralSearch(GuardedSkill):
         if sight is Sight.LOOKING:
             self._progress.restart()
             return SkillStep(SkillStatus.RUNNING, self._glimpse.twist(view), "something is there, looking")
-        if view.now_s - self._looked_s >= _LOOK_EVERY_S:
+        waited_s = view.now_s - self._looked_s - _LOOK_EVERY_S
+        if waited_s >= 0.0 and (waited_s > _LOOK_MAY_WAIT_S or not view.is_busy):
             self._looked_s = view.now_s
+            view = replace(view, is_busy=True)
             self._coverage.update(pose, self._driver.known_points(view), self._driver.reach_m)
             self._choose_gaze(pose)
             self._drop_if_seen()
@@ -143,10 +150,12 @@ class SpiralSearch(GuardedSkill):
             if self._gaze_in_odom_rad is None:
                 self._coverage.settle(pose)
             self._viewpoints.finish()
-        if self._viewpoints.chosen is None and not self._choose_waypoint(view):
-            return self._failed(passed_s, "all in reach was seen")
         if self._viewpoints.chosen is None:
-            return SkillStep(SkillStatus.RUNNING, STOP, "choosing a way-point")
+            # A choice and a plan are too much for one tick; meanwhile it goes on as before, for a moment.
+            if not self._choose_waypoint(view):
+                return self._failed(passed_s, "all in reach was seen")
+            onward = self._onward if view.now_s - self._drove_s <= _ONWARD_S else STOP
+            return SkillStep(SkillStatus.RUNNING, onward, "choosing a way-point")
         return self._drive_on(view, self._viewpoints.place_m)
 
     def _drive_on(self, view: View, waypoint: tuple[float, float]) -> SkillStep:
@@ -161,13 +170,16 @@ class SpiralSearch(GuardedSkill):
             face_top_radps=self._yaw_rate_radps,
             limit_m=_FARTHEST_WAY_M,
         )
+        self._onward, self._drove_s = drive.twist, view.now_s
         if self._gives_up(view, drive):
+            self._onward = STOP
             self._passed_over += 1
             self._in_vain += 1
             self._viewpoints.finish(given_up=True)
         elif drive.at_goal or away_m < _NEAR_ENOUGH_M:
             self._visited += 1
             self._in_vain = 0
+            self._onward = STOP
             self._look_round_until_s = view.now_s + _LOOK_ROUND_SLACK * 2.0 * math.pi / self._yaw_rate_radps
         words = f"{self._visited} way-points visited, {self._passed_over} passed over, {self._viewpoints.left} left"
         return SkillStep(SkillStatus.RUNNING, drive.twist, words)

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from target_nav.config import Config
 from target_nav.nav.lidar_clusters import PolarView, polar_view, target_fixes
 from target_nav.nav.poses import PoseHistory
-from target_nav.nav.scan_points import deskewed_points_in_odom
+from target_nav.nav.scan_points import ScanPlacer
 from target_nav.nav.tracker_candidate import Candidate, Travel
 from target_nav.nav.tracker_candidates import EDGE_RAD, RANGED_FROM_HITS, CandidateSet
 from target_nav.nav.tracker_filter import CameraExpectation, CameraMeasurement
@@ -45,8 +45,10 @@ SCAN_MEMORY_S = 0.6
 class TargetTracker:
     """Call `update` once a tick. The newest frame and scan may be handed in again and again: each is used once."""
 
-    def __init__(self, config: Config) -> None:
+    def __init__(self, config: Config, placer: ScanPlacer | None = None) -> None:
+        """`placer` places scans, one of its own if none is given."""
         self._config = config
+        self._placer = placer or ScanPlacer(config.lidar)
         self._camera_in_base = Pose2D(config.camera.x_m, config.camera.y_m, config.camera.yaw_rad)
         self._spec: TargetSpec | None = None
         self._epoch = -1
@@ -206,7 +208,7 @@ class TargetTracker:
         if not self._scan_stamp_s < stamp_s <= now_s + FUTURE_S:
             self.rejected["stamp"] += 1
             return
-        points = deskewed_points_in_odom(scan, poses, self._config.lidar)
+        points = self._placer.place(scan, poses)
         if points is None:
             self.rejected["unplaced"] += 1
             return  # not taken as used: odometry may catch up

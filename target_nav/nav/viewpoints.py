@@ -20,11 +20,11 @@ from target_nav.state.types import FloatArray
 
 _STOP_S = 4.0
 """What stopping at a place to look round costs, beside the way to it."""
-_ASKED_A_TICK = 24
+_ASKED_A_TICK = 16
 _NEWLY_KNOWN = 2.0
 """A place may show so much more than before, of the floor that has come to be known since, as it opens the view on."""
 _ANYTHING_M2 = 1e6
-_MOST_TICKS = 20
+_MOST_TICKS = 30
 """After so many the best that was asked is taken: 480 places."""
 
 
@@ -57,6 +57,7 @@ class Viewpoints:
         self._shows_m2: FloatArray = np.full(len(self._spots_m), _ANYTHING_M2)
         self._known_m2: FloatArray = np.zeros(len(self._spots_m))
         self._costs_m: FloatArray | None = None
+        self._has_waited = False
 
     @property
     def place_m(self) -> tuple[float, float]:
@@ -80,9 +81,16 @@ class Viewpoints:
         self.chosen = None
 
     def choose(self, view: View) -> Verdict:
-        """Compare some more; call it each tick until it is not ASKING."""
+        """Compare some more; call it each tick until it is not ASKING.
+
+        What a way to each place costs is worked out in a tick of its own, for that alone is as much as a plan.
+        """
         if self._costs_m is None:
-            self._start(view)
+            waits = view.is_busy and not self._has_waited
+            self._has_waited = waits
+            if not waits:
+                self._start(view)
+            return Verdict.ASKING
         self._ticks += 1
         known_m2 = self._coverage.known_m2
         bound_m2 = np.minimum(self._shows_m2 + _NEWLY_KNOWN * (known_m2 - self._known_m2), self._all_round_m2)

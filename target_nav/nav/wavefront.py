@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,16 +30,15 @@ def to_bits(grid: BoolGrid) -> int:
 def to_grid(bits: int, side: int) -> BoolGrid:
     cells = side * side
     raw = np.frombuffer(bits.to_bytes((cells + 7) // 8, "little"), dtype=np.uint8)
-    return np.unpackbits(raw, count=cells, bitorder="little").reshape(side, side).astype(np.bool_)
+    return np.unpackbits(raw, count=cells, bitorder="little").reshape(side, side).view(np.bool_)
 
 
 def inner(side: int, border: int = 1) -> int:
     """All cells but a border, which keeps shifts from running over into the next row."""
     row = ((1 << (side - 2 * border)) - 1) << border
-    bits = 0
-    for index in range(border, side - border):
-        bits |= row << (index * side)
-    return bits
+    rows = side - 2 * border
+    each_row = ((1 << (side * rows)) - 1) // ((1 << side) - 1)  # a one at the beginning of each row
+    return (row * each_row) << (border * side)
 
 
 def dilate(bits: int, side: int, radii_cells: Sequence[float]) -> list[int]:
@@ -73,17 +73,14 @@ class Discs:
         """Points so near to the grid's border may run over: keep them off it."""
         down, across = (index.reshape(-1) for index in np.mgrid[-reach : reach + 1, -reach : reach + 1])
         parts = (np.arange(_PARTS) + 0.5) / _PARTS - 0.5
-        stencils = [
-            np.flatnonzero((down - y) ** 2 + (across - x) ** 2 <= radius**2)
-            for radius in radii_cells
-            for y in parts
-            for x in parts
-        ]
-        offsets = down * side + across
-        longest = max(1, *(len(cells) for cells in stencils))
-        self._table = np.array(
-            [np.resize(offsets[cells] if len(cells) else [0], longest) for cells in stencils], dtype=np.int32
-        )
+        away = (down - parts[:, None, None]) ** 2 + (across - parts[None, :, None]) ** 2
+        inside = np.concatenate([(away <= radius**2).reshape(_PARTS**2, -1) for radius in radii_cells])
+        longest = max(1, int(inside.sum(axis=1).max()))
+        # The cells inside first; what is left of the row repeats its first, or the point's own cell.
+        order = np.argsort(~inside, axis=1, kind="stable")[:, :longest]
+        offsets = (down * side + across)[order]
+        blank = ~np.take_along_axis(inside, order, axis=1)
+        self._table: NDArray[np.intp] = np.where(blank, np.where(blank[:, :1], 0, offsets[:, :1]), offsets)
 
     def of(self, points_cells: FloatArray, radius: NDArray[np.intp]) -> BoolGrid:
         """Cells whose middle lies in a disc, shape (side, side), for points (N, 2) as column and row, in cells.
@@ -94,8 +91,10 @@ class Discs:
         middle = np.rint(points_cells)
         part = np.clip(((points_cells - middle + 0.5) * _PARTS).astype(np.intp), 0, _PARTS - 1)
         stencil = (radius * _PARTS + part[:, 1]) * _PARTS + part[:, 0]
-        cell = (middle[:, 1] * self._side + middle[:, 0]).astype(np.int32)
-        grid[(cell[:, None] + self._table[stencil]).reshape(-1)] = True
+        cell = (middle[:, 1] * self._side + middle[:, 0]).astype(np.intp)
+        covered = self._table.take(stencil, axis=0)
+        covered += cell[:, None]
+        grid[covered.reshape(-1)] = True
         return grid.reshape(self._side, self._side)
 
 
@@ -139,8 +138,9 @@ class Wave:
             if cells:
                 first = ((cells & -cells).bit_length() - 1) // 8
                 raw = (cells >> (8 * first)).to_bytes((cells.bit_length() + 7) // 8 - first, "little")
-                bits = np.unpackbits(np.frombuffer(raw, dtype=np.uint8), bitorder="little")
-                flat[np.flatnonzero(bits) + 8 * first] = begin
+                bits = np.unpackbits(np.frombuffer(raw, dtype=np.uint8), bitorder="little").view(np.bool_)
+                # the last byte may reach beyond the grid; nothing is set there
+                flat[8 * first : 8 * first + len(bits)][bits[: len(flat) - 8 * first]] = begin
         return grid
 
     def descend(self, cell: int) -> list[int]:
@@ -164,18 +164,24 @@ class Wave:
         before = cost - own
         if before < 0:
             return None
+        # One long shift, then short ones: the neighbours are within a row and a cell of this one.
+        lowest = cell - self.side - 1
         front = self.fronts[before]
+        near = (front >> lowest if lowest >= 0 else front << -lowest) & ((1 << (2 * self.side + 3)) - 1)
         for offset in _by_turn(self.side, last):
-            if (abs(offset) == 1 or abs(offset) == self.side or before & 1) and front >> (cell + offset) & 1:
+            if (abs(offset) == 1 or abs(offset) == self.side or before & 1) and near >> (
+                offset + self.side + 1
+            ) & 1:
                 return cell + offset, before
         return None
 
 
-def _by_turn(side: int, last: int) -> list[int]:
+@cache
+def _by_turn(side: int, last: int) -> tuple[int, ...]:
     """Eight neighbours, the one straight on first, then by how far they turn, left and right alternating."""
-    around = [1, side + 1, side, side - 1, -1, -side - 1, -side, -side + 1]
+    around = (1, side + 1, side, side - 1, -1, -side - 1, -side, -side + 1)
     start = around.index(last) if last in around else 0
-    return [around[(start + turn) % 8] for turn in (0, 1, -1, 2, -2, 3, -3, 4)]
+    return tuple(around[(start + turn) % 8] for turn in (0, 1, -1, 2, -2, 3, -3, 4))
 
 
 def spread(
@@ -202,7 +208,7 @@ def spread(
             if not pending:
                 break
             continue
-        open_cells &= ~front
+        open_cells ^= front
         across = front | front << 1 | front >> 1
         grown = across | (across << side | across >> side if cost & 1 else front << side | front >> side)
         grown &= open_cells

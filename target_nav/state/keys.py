@@ -55,6 +55,14 @@ OBSTACLES = Key(
     ("*motion",),
     "points of shape (N, 2), target left out",
 )
+SCAN_TAKEN = Key(
+    "/world/scan_taken",
+    bool,
+    "",
+    "nav loop",
+    ("*motion",),
+    "this tick has taken in a new scan: what is heavy and can wait waits for the next",
+)
 DETECTIONS = Key(
     "/target/detections",
     DetectionFrame,
@@ -110,6 +118,6 @@ OUTCOME = Key("/mission/outcome", Outcome, "", "*ending", ("nav loop",), "how th
 CONFIG = Key("/config", Config, "", "nav loop", ("*motion", "InputsFresh"), "the robot's configuration")
 
 ALL: tuple[Key, ...] = (
-    NOW_S, DT_S, REQUESTED, SCAN_AGE_S, ODOM_AGE_S, CAMERA_AGE_S, POSE, TWIST, OBSTACLES, DETECTIONS, TRACK, SPEC,
-    TARGET_CHOICE, VISITED, SEARCH, REQUEST, OUTCOME, CONFIG,
+    NOW_S, DT_S, REQUESTED, SCAN_AGE_S, ODOM_AGE_S, CAMERA_AGE_S, POSE, TWIST, OBSTACLES, SCAN_TAKEN, DETECTIONS,
+    TRACK, SPEC, TARGET_CHOICE, VISITED, SEARCH, REQUEST, OUTCOME, CONFIG,
 )  # fmt: skip

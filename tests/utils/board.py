@@ -27,6 +27,7 @@ class ScriptedBoard(WorldBoard):
             keys.POSE: Pose2D(),
             keys.TWIST: Twist2D(),
             keys.OBSTACLES: np.empty((0, 2)),
+            keys.SCAN_TAKEN: False,
             keys.SPEC: TargetSpec(),
             keys.CONFIG: config or Config(),
         }.items():
