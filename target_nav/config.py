@@ -50,6 +50,10 @@ class RobotConfig:
     max_accel_mps2: float = quantity(0.6, "m/s^2", 0.05, 20.0, "limit of linear acceleration")
     max_decel_mps2: float = quantity(1.2, "m/s^2", 0.05, 20.0, "limit of linear braking")
     max_yaw_accel_radps2: float = quantity(3.0, "rad/s^2", 0.1, 50.0, "limit of turning acceleration")
+    max_jerk_mps3: float = quantity(
+        6.0, "m/s^3", 0.5, 1000.0, "limit of change of acceleration, for comfort: never of a stop for safety"
+    )
+    max_yaw_jerk_radps3: float = quantity(30.0, "rad/s^3", 1.0, 5000.0, "the same for turning")
     min_speed_mps: float = quantity(0.03, "m/s", 0.0, 0.5, "below this the motors do not turn: dead-band")
     min_yaw_rate_radps: float = quantity(
         0.12, "rad/s", 0.0, 1.0, "below this the base does not turn: dead-band"

@@ -2,7 +2,10 @@
 
 Rules in this order: an input that is missing, stale or not finite sends zero at once; a request is cut to what the base
 can do; the body's predicted way must stay clear of obstacles; and what is sent changes no faster than the limits of
-acceleration. No request means braking to zero. Motion that leads away from an obstacle is always allowed.
+acceleration and jerk. No request means braking to zero. Motion that leads away from an obstacle is always allowed.
+
+Jerk is for comfort, so it never makes a stop longer: where the obstacle rule slows down, or nobody asks for motion,
+only what the base can do counts.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ import numpy as np
 
 from target_nav.config import Config
 from target_nav.nav.footprint import Footprint
+from target_nav.nav.ramp import Ramp, RampStep
 from target_nav.nav.speed import NOTHING, braking_speed_mps, within_limits
 from target_nav.state.types import STOP, FloatArray, MotionRequest, Twist2D
 
@@ -43,13 +47,14 @@ class Limited:
 
 class VelocityLimiter:
     def __init__(self, config: Config) -> None:
+        self._ramp = Ramp(config.robot)
         self.configure(config)
-        self._sent = STOP
         self._measured = STOP
 
     def configure(self, config: Config) -> None:
         """Other limits from the next tick on; what is being sent goes over to them within those of acceleration."""
         self._robot = config.robot
+        self._ramp.configure(config.robot)
         self._avoid = config.avoid
         self._loop = config.loop
         self._body = Footprint.of(config.robot)
@@ -57,7 +62,7 @@ class VelocityLimiter:
 
     def reset(self) -> None:
         """Begin from standstill."""
-        self._sent = STOP
+        self._ramp.last = RampStep()
 
     def limit(
         self,
@@ -78,7 +83,7 @@ class VelocityLimiter:
         """
         zero = self._zero_at_once(request, dt_s, scan_age_s, odom_age_s, obstacles_in_base_m, measured)
         if zero:
-            self._sent = STOP
+            self.reset()
             return Limited(STOP, zero)
         self._measured = measured
         dt = min(max(dt_s, 0.0), _LONGEST_TICK_S)
@@ -90,7 +95,10 @@ class VelocityLimiter:
         by = "" if able == wanted else "speed"
         points = self._near(points)
         clear, slowed = self._clear(able, points)
-        ramped = self._ramp(clear, dt)
+        last = self._ramp.last.twist
+        for_safety = request is None or (bool(slowed) and _slower(clear, last))
+        step = self._ramp.brisk(clear, dt) if for_safety else self._ramp.smooth(clear, dt)
+        ramped = step.twist
         by = slowed or by
         if not by and not _close(ramped, clear):
             by = "acceleration"
@@ -98,12 +106,12 @@ class VelocityLimiter:
         held, late = self._clear(ramped, points)
         if late and not _close(held, ramped):
             # With no room left to brake in, braking gently is no use.
-            ramped = STOP if self._immediate(ramped, points) else self._ramp(held, dt)
+            step = RampStep() if self._immediate(ramped, points) else self._ramp.brisk(held, dt)
             by = late
-        if request is None and self._sent != STOP:
+        if request is None and last != STOP:
             by = by or "no request"
-        self._sent = ramped
-        return Limited(ramped, by)
+        self._ramp.last = step
+        return Limited(step.twist, by)
 
     def _zero_at_once(
         self,
@@ -216,23 +224,16 @@ class VelocityLimiter:
         fastest = twist.speed_mps + abs(twist.wz_radps) * self._radius_m
         return fastest > 0.0 and self._free_m(twist, fastest, points) <= fastest * _REACTION_S * 0.5
 
-    def _ramp(self, wanted: Twist2D, dt_s: float) -> Twist2D:
-        """A step from the last twist sent towards the wanted one, within the limits of acceleration and braking."""
-        robot, sent = self._robot, self._sent
-        dx, dy = wanted.vx_mps - sent.vx_mps, wanted.vy_mps - sent.vy_mps
-        change = math.hypot(dx, dy)
-        braking = wanted.speed_mps <= sent.speed_mps
-        most = (robot.max_decel_mps2 if braking else robot.max_accel_mps2) * dt_s
-        part = 1.0 if change <= most else most / change
-        most_turn = robot.max_yaw_accel_radps2 * dt_s
-        turn = max(-most_turn, min(most_turn, wanted.wz_radps - sent.wz_radps))
-        if part == 1.0 and abs(turn) < most_turn:
-            return wanted
-        return Twist2D(sent.vx_mps + part * dx, sent.vy_mps + part * dy, sent.wz_radps + turn)
-
 
 def _still(twist: Twist2D) -> bool:
     return twist.speed_mps < NOTHING and abs(twist.wz_radps) < NOTHING
+
+
+def _slower(one: Twist2D, other: Twist2D) -> bool:
+    """Whether either part of the motion is slower, or is turned round."""
+    along = one.vx_mps * other.vx_mps + one.vy_mps * other.vy_mps
+    turn = one.wz_radps * other.wz_radps
+    return along < other.speed_mps**2 - NOTHING or turn < other.wz_radps**2 - NOTHING
 
 
 def _close(one: Twist2D, other: Twist2D) -> bool:

@@ -49,6 +49,8 @@ JACKAL = {
     "robot.max_accel_mps2": 3.0,
     "robot.max_decel_mps2": 3.0,
     "robot.max_yaw_accel_radps2": 8.0,
+    "robot.max_jerk_mps3": 30.0,
+    "robot.max_yaw_jerk_radps3": 80.0,
     "lidar.beams": 720,
     "lidar.fov_rad": 1.5 * math.pi,
     "lidar.rate_hz": 40.0,

@@ -17,7 +17,8 @@ _LIVE_SECTIONS = frozenset({"approach", "search", "arrival", "manual"})
 _LIVE_KEYS = frozenset(
     {
         "robot.max_speed_mps", "robot.max_lateral_speed_mps", "robot.max_yaw_rate_radps", "robot.max_accel_mps2",
-        "robot.max_decel_mps2", "robot.max_yaw_accel_radps2", "robot.min_speed_mps", "robot.min_yaw_rate_radps",
+        "robot.max_decel_mps2", "robot.max_yaw_accel_radps2", "robot.max_jerk_mps3",
+        "robot.max_yaw_jerk_radps3", "robot.min_speed_mps", "robot.min_yaw_rate_radps",
         "avoid.margin_m", "avoid.look_ahead_m", "avoid.stop_clearance_m", "avoid.slow_clearance_m",
         "avoid.cost_target", "avoid.cost_heading", "avoid.cost_previous",
         "loop.scan_max_age_s", "loop.odom_max_age_s", "loop.camera_max_age_s",
