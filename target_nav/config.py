@@ -160,7 +160,7 @@ class TrackConfig:
     lost_after_s: float = quantity(3.0, "s", 0.1, 60.0, "no detection for so long: lost (reference)")
     confirm_hits: int = quantity(4, "1", 1, 100, "detections before a track counts")
     gate_sigma: float = quantity(3.5, "1", 1.0, 10.0, "innovation gate")
-    process_noise_mps2: float = quantity(0.05, "m/s^2", 0.0, 5.0, "how much a target may move by itself")
+    process_noise_mps2: float = quantity(0.012, "m/s^2", 0.0, 5.0, "how much a target may move by itself")
     lidar_range_gate_m: float = quantity(0.25, "m", 0.02, 2.0, "LiDAR cluster to track, at most")
     lidar_width_share: float = quantity(
         1.0, "1", 0.1, 1.0, "width of the target at the LiDAR's height, of its width; a pin at 0.18 m: 0.40"
@@ -173,7 +173,7 @@ class TrackConfig:
         0.008, "rad", 0.0, 0.2, "constant bearing error (measured <= 0.8 deg)"
     )
     drift_sigma: float = quantity(
-        0.03, "m/sqrt(m)", 0.0, 0.5, "odometry: position, growing with the way driven"
+        0.04, "m/sqrt(m)", 0.0, 0.5, "odometry: position, growing with the way driven"
     )
     drift_yaw_sigma_rad: float = quantity(
         0.012, "rad/sqrt(m)", 0.0, 0.5, "odometry: heading (measured 0.3-0.6 deg/m)"

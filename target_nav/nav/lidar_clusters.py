@@ -36,13 +36,13 @@ MIN_BEAMS = 2.0
 """Where the target would fill fewer (a pin beyond 2.3 m), half a box looks like it; the camera is good enough there."""
 MIN_SHARE = 0.3
 """At least this share of the beams that the target would fill: half of it hidden or lost is still an answer."""
-MODEL_SIGMA_M = 0.01
+MODEL_SIGMA_M = 0.006
 """The target is not quite a cylinder of the given width at the height of the laser, nor stamps quite right."""
-OFFSET_SIGMA_M = 0.0075
-"""The same along the line of sight, where a constant offset of the LiDAR (some millimetres) is the most of it."""
-EDGE_BEAMS_SIGMA = 0.55
-"""Two edges, each known to within one beam, and a lost beam now and then: 0.4. More, because to a robot that stands the
-same beams meet the target scan after scan, and what they get wrong does not average out; so much makes NEES honest."""
+OFFSET_SIGMA_M = 0.004
+"""The same along the line of sight, where a constant offset of the LiDAR is the most of it: 5 mm at most is 2.9 mm."""
+EDGE_BEAMS_SIGMA = 0.15
+"""What noise of ranges and timing adds to the edges. Where they may lie between two beams is counted apart: between
+the last return of the target and the first from behind it everything is equally likely."""
 
 
 _MOST_RETURNS = 120
@@ -168,7 +168,8 @@ def _fixes(view: PolarView, run: NDArray[np.intp], width_m: float) -> list[Targe
     radius_m = 0.5 * width_m
     along = (JUMP_SIGMAS / 3.0 * sigma_m) ** 2
     across = (EDGE_BEAMS_SIGMA * pitch_m) ** 2 + MODEL_SIGMA_M**2
-    sides = _beside(view, first, -1), _beside(view, last, +1)
+    right, left = _beside(view, first, -1), _beside(view, last, +1)
+    sides = right[0], left[0]
     narrow = span_m <= MAX_WIDTHS * width_m and deep_m <= width_m + 2.0 * JUMP_SIGMAS * sigma_m
     if not narrow or _Side.JOINED in sides:
         along += OFFSET_SIGMA_M**2
@@ -186,9 +187,15 @@ def _fixes(view: PolarView, run: NDArray[np.intp], width_m: float) -> list[Targe
         ahead_m = range_m * math.cos(bearing_rad - middle_rad)
         centres.append(ahead_m + math.sqrt(max(radius_m**2 - off_m * off_m, 0.0)))
     along = along / len(ranges) + OFFSET_SIGMA_M**2
+    range_m = median(centres)
+    # The target ends between its last return and the first one from behind it, so its centre lies between these two.
     slack_m = max(radius_m - 0.5 * span_m, 0.0)
+    most_left_m = min(0.5 * span_m + near_m * left[1] - radius_m, slack_m)
+    most_right_m = min(0.5 * span_m + near_m * right[1] - radius_m, slack_m)
+    off_m, half_m = 0.5 * (most_left_m - most_right_m), max(0.5 * (most_left_m + most_right_m), 0.0)
     doubtful = _Side.NEARER in sides or filled < MIN_BEAMS
-    return [_fix(view, median(centres), middle_rad, along, across, slack_m, len(ranges), doubtful)]
+    bearing_rad = middle_rad + off_m / range_m
+    return [_fix(view, range_m, bearing_rad, along, across, half_m, len(ranges), doubtful)]
 
 
 def _fix(
@@ -220,15 +227,15 @@ def _fix(
     )
 
 
-def _beside(view: PolarView, edge: int, side: int) -> _Side:
-    """What the next return on this side of a cluster's edge is."""
+def _beside(view: PolarView, edge: int, side: int) -> tuple[_Side, float]:
+    """What the next return on this side of a cluster's edge is, and how far beside (rad) the cluster surely ends."""
     other = (edge + side) % len(view.ranges_m)
     aside_rad = (side * float(view.bearings_rad[other] - view.bearings_rad[edge])) % (2.0 * math.pi)
     if other == edge or aside_rad > BESIDE_BEAMS * view.beam_rad:
-        return _Side.FREE
+        return _Side.FREE, math.inf
     edge_m = float(view.ranges_m[edge])
     behind_m = float(view.ranges_m[other]) - edge_m
     jump_m = JUMP_M + JUMP_SIGMAS * float(range_sigma_m(edge_m))
     if behind_m < -jump_m:
-        return _Side.NEARER
-    return _Side.JOINED if behind_m < jump_m else _Side.FREE
+        return _Side.NEARER, math.inf
+    return (_Side.JOINED, math.inf) if behind_m < jump_m else (_Side.FREE, aside_rad)

@@ -16,6 +16,13 @@ from target_nav.state.types import Pose2D
 
 DOUBTS = 3
 """So many scans in a row in which the camera alone prefers another cluster: 0.55 s."""
+CAMERA_MEMORY_M, LIDAR_MEMORY_M = 0.5, 0.04
+"""Over so much way a filter remembers where the target was: over many frames, and over the last scan or two.
+
+Most of odometry's drift is a wrong scale, and so grows with the way as a line and not as its root. As a random walk it
+must be as large as it becomes over a filter's memory: its variance for each metre is proportional to the memory."""
+TURN_WAY_M = 0.15
+"""A radian of turning counts as so much way: it moves a corner of the base by that, and so do the wheels."""
 FIX_SLACK_M = 0.01
 """Between what a filter expects and a fix, beyond both covariances: unmodelled shape and timing."""
 
@@ -44,6 +51,8 @@ class Candidate:
     confirmed: bool = False
     last_ranged_s: float = -math.inf
     last_fix: TargetFix | None = None
+    taken: Travel = Travel()
+    """When the last cluster was taken."""
     doubts: int = 0
     """Scans in a row in which the camera alone preferred another cluster."""
     fused: TargetFilter | None = None
@@ -56,20 +65,31 @@ class Candidate:
 
     def growth(self, robot: Pose2D, travel: Travel) -> tuple[float, float, float]:
         """What has come to the position's covariance since the filters were last brought up to date."""
-        return self.filter.growth(
+        return self._growth_of(self.filter, robot, travel)
+
+    def _growth_of(
+        self, target_filter: TargetFilter, robot: Pose2D, travel: Travel
+    ) -> tuple[float, float, float]:
+        share = 1.0
+        if target_filter is self.fused:
+            # A filter whose last fix is farther back remembers by the camera again.
+            way_m = travel.way_m - self.taken.way_m + TURN_WAY_M * (travel.turned_rad - self.taken.turned_rad)
+            share = min(max(way_m, LIDAR_MEMORY_M) / CAMERA_MEMORY_M, 1.0)
+        return target_filter.growth(
             robot,
             max(travel.time_s - self.since.time_s, 0.0),
             travel.way_m - self.since.way_m,
             travel.turned_rad - self.since.turned_rad,
+            share,
         )
 
     def catch_up(self, robot: Pose2D, travel: Travel) -> None:
         """Bring the filters up to date; before any of the methods below."""
         if travel != self.since:
-            growth = self.growth(robot, travel)
-            self.camera.predict(growth)
+            camera_growth = self._growth_of(self.camera, robot, travel)
             if self.fused is not None:
-                self.fused.predict(growth)
+                self.fused.predict(self._growth_of(self.fused, robot, travel))
+            self.camera.predict(camera_growth)
             self.since = travel
 
     def see(
@@ -112,6 +132,7 @@ class Candidate:
         self.fused = self.fused or self.camera.copy()
         self.fused.update_position(fix.x_m, fix.y_m, fix.covariance_m2)
         self.last_ranged_s = fix.stamp_s
+        self.taken = self.since
 
     def range_from(self, pose: Pose2D) -> float:
         return math.hypot(self.filter.x_m - pose.x_m, self.filter.y_m - pose.y_m)

@@ -27,8 +27,8 @@ NEAREST_M = 0.05
 """Bearings of a target nearer to the camera than this mean nothing."""
 OWN_MOTION_S = 0.5
 """A target pushed with `process_noise_mps2` for so long, again and again: its own motion as a random walk."""
-MIN_VARIANCES = np.array([0.004**2, 0.004**2, 1e-6, 1e-6])
-"""Nobody knows a position better than 4 mm, a scale better than 0.1 %, a mount better than 1 mrad: however many exact
+MIN_VARIANCES = np.array([0.003**2, 0.003**2, 1e-6, 1e-6])
+"""Nobody knows a position better than 3 mm, a scale better than 0.1 %, a mount better than 1 mrad: however many exact
 measurements come, the covariance stays positive."""
 
 
@@ -157,17 +157,18 @@ class TargetFilter:
         return float(p[0, 0]), float(p[0, 1]), float(p[1, 1])
 
     def growth(
-        self, robot: Pose2D, dt_s: float, travelled_m: float, turned_rad: float
+        self, robot: Pose2D, dt_s: float, travelled_m: float, turned_rad: float, drift_share: float = 1.0
     ) -> tuple[float, float, float]:
         """What a while without measurements adds to the position's covariance: xx, xy, yy in m^2.
 
         The target's own motion, and odometry's drift: of position with the way, and of heading with the way and with
-        turning, which moves a target at range r by r sideways. Variances grow linearly: a random walk.
+        turning, which moves a target at range r by r sideways. Variances grow linearly: a random walk, of which
+        `drift_share` counts.
         """
         config = self._config
         step_m = 0.5 * config.process_noise_mps2 * OWN_MOTION_S**2
-        isotropic = step_m**2 * dt_s / OWN_MOTION_S + config.drift_sigma**2 * travelled_m
-        turn = config.drift_yaw_sigma_rad**2 * (travelled_m + turned_rad)
+        isotropic = step_m**2 * dt_s / OWN_MOTION_S + drift_share * config.drift_sigma**2 * travelled_m
+        turn = drift_share * config.drift_yaw_sigma_rad**2 * (travelled_m + turned_rad)
         dx, dy = self.x_m - robot.x_m, self.y_m - robot.y_m
         return isotropic + turn * dy * dy, -turn * dx * dy, isotropic + turn * dx * dx
 
