@@ -1,7 +1,7 @@
 """A network of a kilobyte with the detector model's outputs, written by hand: it finds a red square.
 
-Average pooling by the stride, then a 1x1 convolution: the logit of a cell is red over the other two, its box a square of
-constant size. An ONNX file is a protobuf message (github.com/onnx/onnx, `onnx.proto3`), and protobuf's wire format is
+Average pooling by the stride, then a 1x1 convolution: the logit of a cell is red over the other two, its box a square
+of constant size. An ONNX file is a protobuf message (github.com/onnx/onnx, `onnx.proto3`), whose wire format is
 small enough to be written here, so no test needs the `onnx` package. Regenerate the committed file with
 
     python -m tests.utils.tiny_onnx drpai/tests/data/red_square.onnx

@@ -27,6 +27,12 @@ bool is_image(const std::filesystem::path& path) {
   return std::find(KNOWN.begin(), KNOWN.end(), ending) != KNOWN.end();
 }
 
+// The file readers by name: asked to choose for itself, OpenCV also looks for cameras, and that takes long.
+bool open_video(cv::VideoCapture& capture, const std::string& path) {
+  constexpr std::array<int, 3> READERS{cv::CAP_FFMPEG, cv::CAP_OPENCV_MJPEG, cv::CAP_GSTREAMER};
+  return std::any_of(READERS.begin(), READERS.end(), [&](int reader) { return capture.open(path, reader); });
+}
+
 double rate_of(const cv::VideoCapture& capture, double rate_hz) {
   const double own_hz = capture.get(cv::CAP_PROP_FPS);
   return std::min(rate_hz, own_hz > 0.0 && std::isfinite(own_hz) ? own_hz : VIDEO_RATE_HZ);
@@ -48,10 +54,10 @@ std::optional<Picture> SharedMemorySource::poll() {
 }
 
 VideoFileSource::VideoFileSource(const std::string& path, double rate_hz, bool loop)
-    : path_(path), capture_(path), pacer_(rate_of(opened(), rate_hz)), loop_(loop) {}
+    : path_(path), pacer_(rate_of(opened(), rate_hz)), loop_(loop) {}
 
 cv::VideoCapture& VideoFileSource::opened() {
-  if (!capture_.isOpened()) {
+  if (!open_video(capture_, path_)) {
     throw DeviceError("video " + path_ + " cannot be opened; is it a video that OpenCV reads?");
   }
   return capture_;
@@ -65,7 +71,7 @@ std::optional<Picture> VideoFileSource::poll() {
   if (!capture_.read(picture.image_bgr) || picture.image_bgr.empty()) {
     if (!loop_ || count_ == 0) {
       finish(false, "end of " + path_ + " after " + std::to_string(count_) + " pictures");
-    } else if (!capture_.open(path_)) {
+    } else if (!open_video(capture_, path_)) {
       finish(true, "video " + path_ + " cannot be opened again");
     }
     return std::nullopt;

@@ -1,0 +1,19 @@
+#!/bin/sh
+# What the C++ of the detector has to pass: drpai/check.sh [--no-tidy]
+#   a build of program and tests with warnings as errors, the unit tests, the same with sanitizers, clang-tidy.
+# Needs what drpai/install-tools.sh --check installs.
+set -eu
+cd "$(dirname "$0")"
+jobs=$(nproc)
+generator=
+if command -v ninja >/dev/null 2>&1; then generator='-G Ninja'; fi
+for preset in tests sanitize; do
+  # shellcheck disable=SC2086
+  cmake --preset "$preset" $generator >/dev/null
+  cmake --build "build-$preset" --parallel "$jobs" -- -k 0
+  "./build-$preset/tests/unit_tests" --no-version=true
+done
+if [ "${1:-}" != --no-tidy ]; then
+  # The DRP-AI backend is looked at as well: its command stands in the tests' build, with our own headers for the SDK.
+  printf '%s\n' src/*/*.cpp | xargs -P "$jobs" -n 3 clang-tidy -p build-tests --quiet
+fi
