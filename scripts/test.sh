@@ -54,7 +54,7 @@ check 'ruff check' "$bin/ruff" check .
 check 'ruff format' "$bin/ruff" format --check .
 check 'mypy' "$bin/mypy"
 check 'import contracts' "$bin/lint-imports" --no-logo --cache-dir .cache/import-linter
-check 'shellcheck' "$bin/shellcheck" -x scripts/*.sh scripts/lib/*.sh .ci/run
+check 'shellcheck' "$bin/shellcheck" -x scripts/*.sh scripts/lib/*.sh .ci/run drpai/*.sh
 
 own=$("$bin/python" -c 'import sys; print(sys.version_info.minor)')
 mapfile -t pythons < <("$BASE_PYTHON" scripts/setup_environment.py --list-pythons)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
+from target_nav.app.detector_program import detector_command
 from target_nav.app.paths import REFERENCE_MISSION, mission_path
 from target_nav.config import Config
 from target_nav.errors import TargetNavError
@@ -43,7 +44,7 @@ LATE_S = 0.005
 def examine(config: Config) -> Iterator[Finding]:
     """All checks, one after the other, so that they can be shown as they come."""
     checks: tuple[Callable[[Config], Iterator[Finding]], ...] = (
-        _python, _wheels, _ros, _shared_memory, _serial, _camera, _clocks, _cores, _mission,
+        _python, _wheels, _ros, _shared_memory, _serial, _camera, _detector, _clocks, _cores, _mission,
     )  # fmt: skip
     for check in checks:
         yield from check(config)
@@ -158,6 +159,20 @@ def _camera(config: Config) -> Iterator[Finding]:
         )
     else:
         yield Finding("camera", Verdict.OK, ", ".join(devices))
+
+
+def _detector(config: Config) -> Iterator[Finding]:
+    try:
+        chosen = detector_command(config, "sim", ())
+    except TargetNavError as error:
+        yield Finding("detector", Verdict.PROBLEM, str(error), "see detector.program and detector.model")
+        return
+    if chosen.network or config.detector.program == "red_stripes":
+        yield Finding("detector", Verdict.OK, chosen.description)
+    else:
+        yield Finding(
+            "detector", Verdict.NOTE, chosen.description, "good for the simulator, not for a real floor"
+        )
 
 
 def _clocks(config: Config) -> Iterator[Finding]:
