@@ -19,6 +19,7 @@ COMMANDS = {
     "render": "target_nav.app.commands.render",
     "test": "target_nav.app.commands.test",
     "replay": "target_nav.app.commands.replay",
+    "calibrate": "target_nav.app.commands.calibrate",
     "doctor": "target_nav.app.commands.doctor",
     "say": "target_nav.app.commands.say",
     "status": "target_nav.app.commands.status",

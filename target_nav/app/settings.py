@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import os
+import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import yaml
@@ -80,6 +82,45 @@ def load_config(path: Path, base: Config | None = None) -> Config:
             f"configuration {path} must be a mapping of dotted keys, as in `lidar.rate_hz: 10.0`"
         )
     return (base or Config()).override(data, source=str(path))
+
+
+def update_config(path: Path, values: Mapping[str, float], note: str) -> None:
+    """Set dotted keys in a configuration file and leave the rest of it as it is; `note` becomes a comment.
+
+    A file that is not there is made.
+
+    Raises:
+        ConfigError: the file cannot be read or written, or is none that `load_config` takes with these values.
+    """
+    try:
+        old = path.read_text(encoding="utf-8") if path.exists() else ""
+        Config().override(values, source="calibration")
+        if old:
+            load_config(path)
+        fresh = path.with_name(f".{path.name}.{os.getpid()}")
+        fresh.write_text(_with_keys(old, values, note), encoding="utf-8")
+        try:
+            # What could not be read again is not put in the place of what can.
+            load_config(fresh)
+            os.replace(fresh, path)
+        finally:
+            fresh.unlink(missing_ok=True)
+    except OSError as error:
+        raise ConfigError(f"configuration {path} cannot be written: {error.strerror}") from error
+
+
+def _with_keys(text: str, values: Mapping[str, float], note: str) -> str:
+    """`text` with these keys, each on the line where it was, or at the end."""
+    lines = text.splitlines()
+    for key, value in values.items():
+        # Not repr: YAML 1.1 takes 5e-06 for text, and 5.0e-06 for a number.
+        line = f"{key}: {yaml.safe_dump(value).splitlines()[0]}  # {note}"
+        places = [i for i, old in enumerate(lines) if re.match(rf"{re.escape(key)}\s*:", old)]
+        if places:
+            lines[places[-1]] = line
+        else:
+            lines.append(line)
+    return "\n".join(lines) + "\n"
 
 
 def write_config(config: Config, path: Path) -> None:
