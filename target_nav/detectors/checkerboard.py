@@ -130,15 +130,15 @@ def fit_lens(views: Sequence[Corners], board: Board, width_px: int, height_px: i
     if tilted < TILTED_SHARE_MIN * len(views):
         raise DeviceError(
             f"the board is tilted by 15 degrees or more in {tilted} of {len(views)} views (at least "
-            f"{100 * TILTED_SHARE_MIN:g} %); tilt the board each way: views that face the camera cannot tell focal length "
-            "from distance"
+            f"{100 * TILTED_SHARE_MIN:g} %); tilt the board each way: views that face the camera cannot tell focal "
+            "length from distance"
         )
     focal_sigma_px = float(np.asarray(sigma).ravel()[0])
     focal_px = float(matrix[0, 0])
     if focal_sigma_px > FOCAL_SIGMA_MAX * focal_px:
         raise DeviceError(
-            f"the focal length is {focal_px:.0f} +- {focal_sigma_px:.0f} px (limit {100 * FOCAL_SIGMA_MAX:g} %); take more "
-            "views, nearer and tilted by 20 to 40 degrees"
+            f"the focal length is {focal_px:.0f} +- {focal_sigma_px:.0f} px (limit {100 * FOCAL_SIGMA_MAX:g} %); take "
+            "more views, nearer and tilted by 20 to 40 degrees"
         )
     k1, k2, p1, p2, k3 = (float(k) for k in np.asarray(distortion).ravel()[:5])
     return LensFit(
