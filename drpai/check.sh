@@ -8,12 +8,15 @@ jobs=$(nproc)
 generator=
 if command -v ninja >/dev/null 2>&1; then generator='-G Ninja'; fi
 for preset in tests sanitize; do
+  # The optimised tests lie beside the program: what both need is compiled once.
+  folder=build
+  if [ "$preset" = sanitize ]; then folder=build-sanitize; fi
   # shellcheck disable=SC2086
   cmake --preset "$preset" $generator >/dev/null
-  cmake --build "build-$preset" --parallel "$jobs" -- -k 0
-  "./build-$preset/tests/unit_tests" --no-version=true
+  cmake --build "$folder" --parallel "$jobs"
+  "$folder/tests/unit_tests" --no-version=true
 done
 if [ "${1:-}" != --no-tidy ]; then
   # The DRP-AI backend is looked at as well: its command stands in the tests' build, with our own headers for the SDK.
-  printf '%s\n' src/*/*.cpp | xargs -P "$jobs" -n 3 clang-tidy -p build-tests --quiet
+  printf '%s\n' src/*/*.cpp | xargs -P "$jobs" -n 3 clang-tidy -p build --quiet
 fi

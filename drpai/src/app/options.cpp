@@ -1,6 +1,7 @@
 #include "app/options.hpp"
 
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 #include <map>
 #include <string_view>
@@ -31,14 +32,9 @@ Exit codes: 0 ended as asked, 1 failed and may be started again, 2 cannot be run
 namespace {
 
 double number_in(std::string_view name, const std::string& text, double low, double high) {
-  std::size_t used = 0;
-  double value = std::nan("");
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-    used = 0;
-  }
-  if (used != text.size() || text.empty() || !(value >= low && value <= high)) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (end != text.c_str() + text.size() || text.empty() || !(value >= low && value <= high)) {
     throw DeviceError(std::string(name) + " is '" + text + "'; it must be a number from " + std::to_string(low) + " to " +
                       std::to_string(high));
   }

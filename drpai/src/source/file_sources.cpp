@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -53,8 +54,8 @@ std::optional<Picture> SharedMemorySource::poll() {
   }
 }
 
-VideoFileSource::VideoFileSource(const std::string& path, double rate_hz, bool loop)
-    : path_(path), pacer_(rate_of(opened(), rate_hz)), loop_(loop) {}
+VideoFileSource::VideoFileSource(std::string path, double rate_hz, bool loop)
+    : path_(std::move(path)), pacer_(rate_of(opened(), rate_hz)), loop_(loop) {}
 
 cv::VideoCapture& VideoFileSource::opened() {
   if (!open_video(capture_, path_)) {

@@ -23,7 +23,7 @@ class SharedMemorySource final : public FrameSource {
 
 class VideoFileSource final : public FrameSource {
  public:
-  VideoFileSource(const std::string& path, double rate_hz, bool loop);
+  VideoFileSource(std::string path, double rate_hz, bool loop);
   std::optional<Picture> poll() override;
 
  private:

@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cmath>
 #include <system_error>
+#include <utility>
 
 #include <linux/videodev2.h>
 #include <opencv2/imgcodecs.hpp>
@@ -43,8 +44,8 @@ v4l2_buffer capture_buffer(std::uint32_t index = 0) {
 
 }  // namespace
 
-V4l2Source::V4l2Source(const std::string& device, int width_px, int height_px, double rate_hz, V4l2Api& api)
-    : device_(device), width_px_(width_px), height_px_(height_px), rate_hz_(rate_hz), api_(api) {
+V4l2Source::V4l2Source(std::string device, int width_px, int height_px, double rate_hz, V4l2Api& api)
+    : device_(std::move(device)), width_px_(width_px), height_px_(height_px), rate_hz_(rate_hz), api_(api) {
   try {
     open();
     choose_format();

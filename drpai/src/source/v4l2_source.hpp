@@ -16,7 +16,7 @@ namespace yolo_cam {
 class V4l2Source final : public FrameSource {
  public:
   // Throws DeviceError: no such camera, not readable, or it has neither YUYV nor MJPEG pictures of this size.
-  V4l2Source(const std::string& device, int width_px, int height_px, double rate_hz, V4l2Api& api = system_v4l2());
+  V4l2Source(std::string device, int width_px, int height_px, double rate_hz, V4l2Api& api = system_v4l2());
   V4l2Source(const V4l2Source&) = delete;
   V4l2Source& operator=(const V4l2Source&) = delete;
   V4l2Source(V4l2Source&&) = delete;
