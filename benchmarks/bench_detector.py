@@ -6,8 +6,10 @@ little; figures of delay are wall time and count it in full. Without the program
 
 from __future__ import annotations
 
+import math
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -28,7 +30,7 @@ from target_nav.ipc import channels
 from target_nav.sim.arena import Arena, Bounds, PlacedObject
 from target_nav.sim.render import Renderer
 from target_nav.state.snapshots import CameraFrame
-from target_nav.state.types import Pose2D
+from target_nav.state.types import DetectionFrame, Pose2D
 
 PREFIX = f"benchdet{os.getpid()}"
 CONFIG = Config()
@@ -36,6 +38,7 @@ PICTURES = 24
 RATE_HZ = 10.0
 SECONDS = 12.0
 READER_HZ = 30.0
+KILLS = 30
 IMPORTANT = ("arrive", "undistort", "prepare", "infer", "decode", "publish")
 START_S = 60.0
 
@@ -196,6 +199,7 @@ def _chain(pictures: list[NDArray[np.uint8]]) -> list[Row]:
                     objects += len(frame.detections)
                 time.sleep(0.0005)
             share = (_cpu_s(process.pid) - before_s) / (time.monotonic() - begin_s)
+            gone_s, torn = _kills(camera, pictures, det)
         infer = re.findall(r" infer ([\d.]+)/", (logs / "detector.log").read_text())
     infer_ms = float(infer[-1]) if infer else 0.0
     delay_ms = [1e3 * float(np.quantile(delays, q)) for q in (0.5, 0.99)]
@@ -216,6 +220,14 @@ def _chain(pictures: list[NDArray[np.uint8]]) -> list[Row]:
             note=f"p50s; inference {infer_ms:.1f}",
         ),
         Row(
+            "detector killed, back after",
+            OURS,
+            1e3 * float(np.median(gone_s)),
+            "ms",
+            note=f"wall, SIGKILL to the next objects, p50 of {KILLS}; max {1e3 * max(gone_s):.0f}",
+        ),
+        Row("torn pictures accepted", OURS, float(torn), "1", note=f"over {KILLS} kills"),
+        Row(
             "boxes to objects",
             OURS,
             1e3 * float(np.median(behind)),
@@ -223,6 +235,38 @@ def _chain(pictures: list[NDArray[np.uint8]]) -> list[Row]:
             note="wall, p50, to half a millisecond",
         ),
     ]
+
+
+def _kills(
+    camera: channels.Writer[CameraFrame],
+    pictures: list[NDArray[np.uint8]],
+    det: channels.Reader[DetectionFrame],
+) -> tuple[list[float], int]:
+    """SIGKILL at random moments: seconds until objects of a picture taken after it come, and torn pictures accepted."""
+    rng = np.random.default_rng(9)
+    shown = channels.open_reader(channels.CAMERA, prefix=PREFIX)
+    gone_s, torn, count = [], 0, 100_000
+    for _ in range(KILLS):
+        end_s = time.monotonic() + float(rng.uniform(0.5, 1.5))
+        killed_s = math.inf
+        while True:
+            now_s = time.monotonic()
+            if killed_s == math.inf and now_s > end_s:
+                (status,) = [s for s in channels.describe(PREFIX) if s.name == "detections"]
+                os.kill(status.writer_pid, signal.SIGKILL)
+                killed_s = time.monotonic()
+            camera.write(CameraFrame(now_s, count, pictures[count % len(pictures)]))
+            count += 1
+            picture = shown.take_new()
+            if picture is not None:
+                torn += not np.array_equal(picture.image_bgr, pictures[picture.frame_id % len(pictures)])
+            frame = det.take_new()
+            if frame is not None and frame.stamp_s > killed_s:
+                gone_s.append(time.monotonic() - killed_s)
+                break
+            time.sleep(0.01)
+    shown.close()
+    return gone_s, torn
 
 
 def _reader(pictures: list[NDArray[np.uint8]]) -> Row:

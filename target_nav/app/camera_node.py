@@ -142,6 +142,8 @@ class CameraNode:
             if nav is not None and nav.spec != self._spec and now_s - nav.stamp_s <= NAV_MAX_AGE_S:
                 self._spec = nav.spec
                 self._calibration_due_s = now_s
+                if self._detector is not None:
+                    self._detector.look_for(nav.spec.class_name)
                 log.info(
                     "looking for %s, %.2f x %.2f m", nav.spec.class_name, nav.spec.height_m, nav.spec.width_m
                 )
@@ -251,8 +253,12 @@ def _detector(config: Config, arguments: argparse.Namespace) -> DetectorProcess:
     arguments.logs.mkdir(parents=True, exist_ok=True)
     config_file = arguments.logs / "detector.yaml"
     write_config(config, config_file)
-    command = detector_command(config, arguments.detector, ("--config", str(config_file)))
-    return DetectorProcess(command, arguments.logs, arguments.detector_core)
+    options = ("--config", str(config_file))
+    return DetectorProcess(
+        lambda class_name: detector_command(config, arguments.detector, options, class_name),
+        arguments.logs,
+        arguments.detector_core,
+    )
 
 
 def _join_ros(node: CameraNode, ros: RosNode) -> None:

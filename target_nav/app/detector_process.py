@@ -1,6 +1,6 @@
 """The camera process's one child: the detector, started, watched, and started again when it dies.
 
-Killed, it is back after 50 ms and its own start. What dies again and again before it was ever ready is given up, and
+Killed, it is back after 20 to 100 ms and its own start. What dies again and again before it was ever ready is given up, and
 what cannot be run at all is told at once; but a camera that worked and was pulled out may be plugged in again, so that
 is tried until it works, while the robot stands still for want of pictures.
 """
@@ -10,10 +10,12 @@ from __future__ import annotations
 import logging
 import os
 import time
+from collections.abc import Callable
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 
-from target_nav.app.detector_program import DetectorCommand
+from target_nav.app.detector_program import MODEL_CLASS, DetectorCommand
 from target_nav.app.log_merge import last_lines
 from target_nav.app.logs import CountedWarnings
 from target_nav.app.process_spec import ProcessSpec, ReadyWhen, RestartPolicy
@@ -21,7 +23,7 @@ from target_nav.app.supervised import Child, ProcessState
 from target_nav.errors import DeviceError
 
 RESTARTS = RestartPolicy(
-    after_success=False, first_delay_s=0.05, max_delay_s=0.5, max_failures=1_000_000, window_s=5.0
+    after_success=False, first_delay_s=0.02, max_delay_s=0.1, max_failures=1_000_000, window_s=5.0
 )
 FAILED_STARTS_MAX = 5
 """So many ends in a row without having been ready, and it is given up."""
@@ -31,6 +33,10 @@ TAIL_LINES = 6
 STOP_S = 0.5
 
 log = logging.getLogger(__name__)
+
+
+ROS_WHEELS = ("_ROS_WHEELS_BOOTSTRAP_COMPLETE", "LD_LIBRARY_PATH")
+"""What the environment of ROS from wheels leaves in its processes: its libraries are not for the system's OpenCV."""
 
 
 class DetectorState(Enum):
@@ -44,19 +50,28 @@ class DetectorState(Enum):
 class DetectorProcess:
     """`advance` as often as the camera process looks for boxes; `close` ends the detector."""
 
-    def __init__(self, command: DetectorCommand, logs: Path, core: int | None = None) -> None:
+    def __init__(
+        self,
+        choose: Callable[[str], DetectorCommand],
+        logs: Path,
+        core: int | None = None,
+        class_name: str = MODEL_CLASS,
+    ) -> None:
+        """`choose` tells how to start the detector of a class; `logs` gets `detector.log`."""
         logs.mkdir(parents=True, exist_ok=True)
+        self._choose = choose
+        self._command = choose(class_name)
         self.restarts = 0
         self._logs = logs
         self._spec = ProcessSpec(
             "detector",
-            command.argv,
+            self._command.argv,
             core=core,
             ready=ReadyWhen.REPORTED,
             restart=RESTARTS,
             stop_timeout_s=STOP_S,
         )
-        self._environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        self._environment = _environment()
         self._child = Child(self._spec, logs, self._environment)
         self._warnings = CountedWarnings(log)
         self._was_running = False
@@ -64,7 +79,7 @@ class DetectorProcess:
         self._known_restarts = 0
         self._retry_at_s: float | None = None
         self._ended_told = False
-        log.info("detector: %s", command.description)
+        log.info("detector: %s", self._command.description)
 
     @property
     def state(self) -> DetectorState:
@@ -106,6 +121,20 @@ class DetectorProcess:
         elif self._child.state is ProcessState.EXITED and not self._ended_told:
             self._ended_told = True
             log.warning("the detector's pictures came to an end: %s", self._last_words())
+
+    def look_for(self, class_name: str) -> None:
+        """Change to the detector of another class, if it is another one.
+
+        Raises:
+            ConfigError: it cannot be had.
+        """
+        command = self._choose(class_name)
+        if command.argv == self._command.argv:
+            return
+        self._command = command
+        self._spec = replace(self._spec, argv=command.argv)
+        self._was_running = False
+        self.restart(command.description)
 
     def restart(self, reason: str) -> None:
         """End the detector and start it anew, as an operator may ask."""
@@ -150,3 +179,9 @@ class DetectorProcess:
         deadline_s = time.monotonic() + 4 * STOP_S
         while not self._child.stop(time.monotonic(), kill=time.monotonic() > deadline_s):
             time.sleep(0.005)
+
+
+def _environment() -> dict[str, str]:
+    drop = ROS_WHEELS if ROS_WHEELS[0] in os.environ else ()
+    kept = {name: value for name, value in os.environ.items() if name not in drop}
+    return {**kept, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}

@@ -36,10 +36,12 @@ class DetectorCommand:
 
 
 def detector_command(
-    config: Config, source: str, options: Sequence[str], root: Path = ROOT
+    config: Config, source: str, options: Sequence[str], class_name: str = MODEL_CLASS, root: Path = ROOT
 ) -> DetectorCommand:
-    """How to start the detector of `detector.program` on `source` (sim, a camera, a video, a folder of images).
+    """How to start a detector of `class_name` on `source` (sim, a camera, a video, a folder of images).
 
+    The network finds `MODEL_CLASS` and nothing else; for any other target a mission names it is the Python detector,
+    which chooses by the name. For the network's own class `detector.program` decides.
     `options` are those of a Python process: its configuration and prefix. `auto` falls back to the Python detector when
     the program is not built or its model is not there, and the description says so.
 
@@ -47,6 +49,8 @@ def detector_command(
         ConfigError: `network` was asked for and cannot be had, or the model is not what its check sum says.
     """
     kind = config.detector.program
+    if class_name != MODEL_CLASS:
+        return _python(source, options, f"the Python detector, for {class_name}")
     if kind == "red_stripes":
         return _python(source, options, "the red-stripe detector (detector.program)")
     program, model = find_program(root), find_model(config, root)

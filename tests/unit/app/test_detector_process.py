@@ -30,7 +30,7 @@ def start(tmp_path: Path) -> Iterator[Start]:
 
     def make(script: str) -> DetectorProcess:
         command = DetectorCommand(("/bin/sh", "-c", script), "a script", network=False)
-        started.append(DetectorProcess(command, tmp_path))
+        started.append(DetectorProcess(lambda _: command, tmp_path))
         return started[-1]
 
     yield make
@@ -113,6 +113,29 @@ def test_an_operator_may_ask_for_a_new_one(start: Start) -> None:
     until(process, lambda: process.state is DetectorState.RUNNING)
     assert process.pid not in (None, before)
     assert process.restarts == 1
+
+
+def test_another_target_may_need_another_detector(tmp_path: Path) -> None:
+    def choose(class_name: str) -> DetectorCommand:
+        name = "python" if class_name.startswith("colour:") else "network"
+        script = f"echo {name} >> {tmp_path}/started; {READY}exec sleep 100"
+        return DetectorCommand(("/bin/sh", "-c", script), name, network=name == "network")
+
+    process = DetectorProcess(choose, tmp_path)
+    try:
+        until(process, lambda: process.state is DetectorState.RUNNING)
+        first = process.pid
+        process.look_for("bowling_pin")
+        assert process.pid == first
+        process.look_for("colour:green")
+        until(process, lambda: process.state is DetectorState.RUNNING)
+        second = process.pid
+        assert second != first
+        process.look_for("colour:red")
+        assert process.pid == second
+    finally:
+        process.close()
+    assert (tmp_path / "started").read_text().split() == ["network", "python"]
 
 
 def test_closing_leaves_nothing_behind(start: Start) -> None:

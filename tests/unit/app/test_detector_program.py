@@ -35,7 +35,7 @@ def option(argv: tuple[str, ...], name: str) -> str:
 
 
 def test_auto_takes_the_network_where_there_is_one(checkout: Path) -> None:
-    chosen = detector_command(Config(), "/dev/video0", OPTIONS, checkout)
+    chosen = detector_command(Config(), "/dev/video0", OPTIONS, root=checkout)
     assert chosen.network
     assert chosen.argv[0] == str(checkout / BUILD)
     assert option(chosen.argv, "--model") == str(checkout / MODELS["cpu"])
@@ -48,30 +48,30 @@ def test_auto_takes_the_network_where_there_is_one(checkout: Path) -> None:
 @pytest.mark.parametrize(("gone", "told"), [(BUILD, "libopencv-dev"), (MODELS["cpu"], "bowling_pin.onnx")])
 def test_auto_falls_back_to_the_python_detector_and_says_why(checkout: Path, gone: Path, told: str) -> None:
     (checkout / gone).unlink()
-    chosen = detector_command(Config(), "sim", OPTIONS, checkout)
+    chosen = detector_command(Config(), "sim", OPTIONS, root=checkout)
     assert not chosen.network
     assert chosen.argv == (sys.executable, "-m", "target_nav.app.detector_node", "--source", "sim", *OPTIONS)
     assert told in chosen.description
     with pytest.raises(ConfigError, match=told):
-        detector_command(config(program="network"), "sim", OPTIONS, checkout)
+        detector_command(config(program="network"), "sim", OPTIONS, root=checkout)
 
 
 def test_the_python_detector_can_be_chosen(checkout: Path) -> None:
-    assert not detector_command(config(program="red_stripes"), "sim", OPTIONS, checkout).network
+    assert not detector_command(config(program="red_stripes"), "sim", OPTIONS, root=checkout).network
 
 
 def test_another_model_can_be_named(checkout: Path, tmp_path: Path) -> None:
     other = tmp_path / "own.onnx"
     other.write_bytes(b"other")
-    chosen = detector_command(config(model=str(other)), "sim", OPTIONS, checkout)
+    chosen = detector_command(config(model=str(other)), "sim", OPTIONS, root=checkout)
     assert option(chosen.argv, "--model") == str(other)
     with pytest.raises(ConfigError, match="not_there"):
-        detector_command(config(program="network", model="/not_there.onnx"), "sim", OPTIONS, checkout)
+        detector_command(config(program="network", model="/not_there.onnx"), "sim", OPTIONS, root=checkout)
 
 
 def test_the_accelerator_takes_a_folder(checkout: Path) -> None:
     (checkout / MODELS["drpai"]).mkdir(parents=True)
-    chosen = detector_command(config(backend="drpai"), "0", OPTIONS, checkout)
+    chosen = detector_command(config(backend="drpai"), "0", OPTIONS, root=checkout)
     assert option(chosen.argv, "--backend") == "drpai"
     assert option(chosen.argv, "--model") == str(checkout / MODELS["drpai"])
 
@@ -83,7 +83,14 @@ def test_a_model_with_a_flipped_bit_is_refused(checkout: Path) -> None:
     check_sum(model)
     model.write_bytes(b"cOntent")
     with pytest.raises(ConfigError, match="is corrupt: its SHA-256"):
-        detector_command(Config(), "sim", OPTIONS, checkout)
+        detector_command(Config(), "sim", OPTIONS, root=checkout)
     beside.write_text("")
     with pytest.raises(ConfigError, match="says nothing"):
         check_sum(model)
+
+
+@pytest.mark.parametrize("name", ["colour:green", "apriltag:7", "bottle"])
+def test_what_the_network_does_not_know_is_the_python_detector_s(checkout: Path, name: str) -> None:
+    chosen = detector_command(config(program="network"), "sim", OPTIONS, name, checkout)
+    assert not chosen.network
+    assert name in chosen.description
