@@ -89,6 +89,10 @@ setup(
         *share("launch", "*.py", "*.xml", "*.yaml"),
         *share("urdf", "*.urdf", "*.xacro"),
         *share("trees", "*.xml", "*.yaml"),
+        # The simulator builds it where it is installed.
+        *share("deploy/firmware/target_nav_firmware", "*.cpp", "*.h", "*.ino"),
+        *share("deploy/firmware/host", "*.cpp", "*.h"),
+        (f"share/{NAME}/deploy/firmware", ["deploy/firmware/build-host.sh"]),
     ],
     install_requires=[
         "numpy>=1.24",

@@ -1,7 +1,7 @@
 #!/bin/sh
 # What the C++ of the detector has to pass: drpai/check.sh [--no-tidy]
 #   a build of program and tests with warnings as errors, the unit tests, the same with sanitizers, clang-tidy.
-# Needs what drpai/install-tools.sh --check installs.
+# Needs what drpai/install-tools.sh --tests installs.
 set -eu
 cd "$(dirname "$0")"
 jobs=$(nproc)

@@ -1,13 +1,13 @@
 #!/bin/sh
 # Installs what building and testing the detector program take: Debian 12, Ubuntu 22.04 and newer.
 #   drpai/install-tools.sh            compiler, CMake, OpenCV (about 300 MB)
-#   drpai/install-tools.sh --check    and what its tests and checks take
+#   drpai/install-tools.sh --tests    and what its tests and checks take
 # Does nothing when all of it is there. Uses sudo if the user is not root.
 set -eu
 packages='g++ cmake ninja-build libopencv-dev'
 case ${1:-} in
   '') ;;
-  --check) packages="$packages doctest-dev clang-tidy" ;;
+  --tests) packages="$packages doctest-dev clang-tidy" ;;
   *)
     sed -n '2,5s/^# \{0,1\}//p' "$0"
     [ "$1" = -h ] || [ "$1" = --help ] || exit 2

@@ -3,8 +3,8 @@
 
 Four steps, each repeatable: a virtual environment, the locked packages, the two ROS interface packages that the
 wheels lack, and this checkout itself (editable). A stamp holds the hash of everything they depend on, so a second
-call returns at once; a call that was interrupted leaves no stamp, and the next one starts over. Then the C++ detector,
-where OpenCV's headers are installed. Standard library only: it runs on whatever Python the machine has.
+call returns at once (the simulator's firmware and the C++ detector look after themselves); a call that was interrupted
+leaves no stamp, and the next one starts over. Standard library only: it runs on whatever Python the machine has.
 docs/environment.md tells why it is done this way.
 """
 
@@ -15,26 +15,13 @@ import os
 import platform
 import re
 import shutil
-import subprocess
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from environment import interfaces
-from environment.steps import (
-    LOG,
-    ROOT,
-    STATE,
-    Progress,
-    SetupError,
-    clean_environ,
-    digest,
-    exclusive,
-    once,
-    output_of,
-    run,
-)
+from environment import detector, firmware, interfaces
+from environment.steps import LOG, ROOT, STATE, Progress, SetupError, digest, exclusive, once, output_of, run
 
 LOCK = ROOT / "requirements.lock"
 ROS_LOCK = ROOT / "requirements-ros.lock"
@@ -155,26 +142,8 @@ def set_up() -> None:
 
     with exclusive("venv"):
         once(venv, fingerprint(ros, ROS_LOCK, interfaces.DEFINITIONS), steps)
-        build_detector(venv)
-
-
-def build_detector(venv: Path) -> None:
-    """The C++ detector. It needs OpenCV's headers and so perhaps root; without it the Python detector is used."""
-    program, script = ROOT / "drpai/build/app_yolo_cam", ROOT / "drpai/build.sh"
-    before = program.stat().st_mtime if program.exists() else None
-    if before is None:
-        print("[setup] C++ detector: building it takes up to a minute, once", flush=True)
-    env = clean_environ()
-    # CMake and ninja of the environment, where the system has none.
-    env["PATH"] = f"{env.get('PATH', os.defpath)}{os.pathsep}{venv / 'bin'}"
-    done = subprocess.run([script], capture_output=True, text=True, env=env, check=False)
-    if done.returncode == 0:
-        if program.stat().st_mtime != before:
-            print("[setup] C++ detector: built", flush=True)
-    elif done.returncode == 3:
-        print(f"[setup] C++ detector left out, the Python one is used: {done.stderr.strip()}", flush=True)
-    else:
-        raise SetupError(f"The C++ detector does not build.\n{(done.stdout + done.stderr)[-3000:]}")
+        firmware.provide()
+        detector.provide(venv)
 
 
 def set_up_light() -> None:

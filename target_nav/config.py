@@ -283,6 +283,9 @@ class DetectorConfig:
 class SerialConfig:
     port: str = field(default="/dev/ttyACM0", metadata={"doc": "serial port of the Arduino"})
     baud: int = quantity(115200, "baud", 1200, 2000000, "serial speed")
+    cmd_vel_stale_s: float = quantity(
+        0.2, "s", 0.05, 5.0, "arduino node: no /cmd_vel, zero velocity; with the firmware's step under 0.3 s"
+    )
     cmd_vel_timeout_s: float = quantity(0.5, "s", 0.05, 5.0, "arduino node: no /cmd_vel, STOP (reference)")
     vel_watchdog_s: float = quantity(0.2, "s", 0.05, 5.0, "firmware: no VEL, stop (reference)")
 

@@ -1,8 +1,8 @@
 """The camera process's one child: the detector, started, watched, and started again when it dies.
 
-Killed, it is back after 20 to 100 ms and its own start. What dies again and again before it was ever ready is given up, and
-what cannot be run at all is told at once; but a camera that worked and was pulled out may be plugged in again, so that
-is tried until it works, while the robot stands still for want of pictures.
+Killed, it is back after at most 100 ms and its own start. What dies again and again before it was ever ready is given
+up, and what cannot be run at all is told at once; but a camera that worked and was pulled out may be plugged in again,
+so that is tried until it works, while the robot stands still for want of pictures.
 """
 
 from __future__ import annotations

@@ -45,6 +45,7 @@ def examine(config: Config) -> Iterator[Finding]:
     """All checks, one after the other, so that they can be shown as they come."""
     checks: tuple[Callable[[Config], Iterator[Finding]], ...] = (
         _python, _wheels, _ros, _shared_memory, _serial, _camera, _detector, _clocks, _cores, _mission,
+        _firmware,
     )  # fmt: skip
     for check in checks:
         yield from check(config)
@@ -203,6 +204,17 @@ def _cores(config: Config) -> Iterator[Finding]:
             f"{cores}",
             "processes are pinned from 4 cores on; here the kernel places them",
         )
+
+
+def _firmware(config: Config) -> Iterator[Finding]:
+    from target_nav.sim.firmware_library import firmware_version
+
+    try:
+        version = firmware_version()
+    except TargetNavError as error:
+        yield Finding("simulator's firmware", Verdict.NOTE, str(error), "needed to simulate only")
+    else:
+        yield Finding("simulator's firmware", Verdict.OK, f"version {version}, built for this machine")
 
 
 def _mission(config: Config) -> Iterator[Finding]:

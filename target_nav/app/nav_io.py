@@ -18,7 +18,7 @@ from target_nav.config import Config
 from target_nav.ipc import channels
 from target_nav.state.snapshots import LaserSnapshot, NavSnapshot
 from target_nav.state.stores import LatestStore, QueueStore
-from target_nav.state.types import STOP, Command, Inputs, Odometry, Pose2D, Scan, Twist2D
+from target_nav.state.types import STOP, Command, CommandKind, Inputs, Odometry, Pose2D, Scan, Twist2D
 from target_nav.utils.frames import points_to_parent
 
 ODOMETRY_WAITING = 100
@@ -62,6 +62,7 @@ class NavIo:
 
         self._send_twist = ros.publisher(Twist, "/cmd_vel", command_qos())
         self._send_state = ros.publisher(String, "/nav_state", stream_qos())
+        self._send_drive_command = ros.publisher(String, "/arduino/cmd", command_qos())
         self._send_reset = ros.publisher(Empty, "/reset_odom", command_qos())
         self._string, self._empty = String, Empty
         ros.subscribe(LaserScan, "/scan", self._take_scan, sensor_qos())
@@ -93,6 +94,9 @@ class NavIo:
 
     def publish(self, snapshot: NavSnapshot, inputs: Inputs) -> None:
         self._publish_twist(snapshot)
+        if any(command.kind is CommandKind.STOP for command in inputs.commands):
+            # A zero velocity leaves a position move alone; the operator's STOP does not.
+            self._send_drive_command(self._string(data="STOP"))
         self._nav.write(snapshot)
         self._publish_laser(snapshot.pose_in_odom, inputs.scan)
         self._publish_state(snapshot)

@@ -68,7 +68,7 @@ class SimIo:
             for line in self._lines.feed(self._simulation.serial_read()):
                 message = protocol.parse_line(line)
                 if isinstance(message, protocol.OdomLine):
-                    odometry = self._odometry.add(self._time_s, message.to_twist())
+                    odometry = self._odometry.add(self._time_s, message.to_twist(), message.device_us)
                     if odometry is not None:
                         since.append(odometry)
         if since:

@@ -12,6 +12,7 @@ from target_nav.app.settings import (
     config_from,
     load_config,
     parse_arguments,
+    update_config,
     write_config,
 )
 from target_nav.config import Config
@@ -77,3 +78,40 @@ def test_a_configuration_survives_its_file(tmp_path: Path) -> None:
     assert load_config(tmp_path / "c.yaml") == config
     write_config(Config(), tmp_path / "same.yaml")
     assert load_config(tmp_path / "same.yaml") == Config()
+
+
+def test_keys_are_set_in_a_file_and_the_rest_of_it_stays(tmp_path: Path) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_text("# mine\nodometry.yaw_scale: 1.5\nlidar.rate_hz: 7.0\n")
+    update_config(path, {"odometry.yaw_scale": 1.01, "odometry.forward_scale": 0.98}, "measured today")
+    assert path.read_text() == (
+        "# mine\nodometry.yaw_scale: 1.01  # measured today\nlidar.rate_hz: 7.0\n"
+        "odometry.forward_scale: 0.98  # measured today\n"
+    )
+    assert load_config(path).odometry.yaw_scale == 1.01
+
+
+def test_a_file_that_is_not_there_is_made(tmp_path: Path) -> None:
+    update_config(tmp_path / "new.yaml", {"odometry.yaw_scale": 1.01}, "measured")
+    assert load_config(tmp_path / "new.yaml").odometry.yaw_scale == 1.01
+
+
+@pytest.mark.parametrize("text", ["[1, 2]\n", "odometry.yaw_skale: 1.0\n", "{odometry.yaw_scale: 1.0}\n"])
+def test_a_file_that_cannot_be_kept_is_left_alone(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_text(text)
+    with pytest.raises(ConfigError):
+        update_config(path, {"odometry.yaw_scale": 1.01}, "measured")
+    assert path.read_text() == text
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_value_outside_its_limits_is_not_written(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="must lie in"):
+        update_config(tmp_path / "new.yaml", {"odometry.yaw_scale": 7.0}, "measured")
+    assert not (tmp_path / "new.yaml").exists()
+
+
+def test_a_folder_that_is_not_there_is_told(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="cannot be written"):
+        update_config(tmp_path / "none" / "robot.yaml", {"odometry.yaw_scale": 1.01}, "measured")
