@@ -1,6 +1,7 @@
 #!/bin/sh
-# What the C++ of the detector has to pass: drpai/check.sh [--no-tidy]
-#   a build of program and tests with warnings as errors, the unit tests, the same with sanitizers, clang-tidy.
+# What the C++ of the detector has to pass: drpai/check.sh [--deep]
+#   a build of program and tests with warnings as errors, the unit tests, the same with sanitizers, clang-tidy;
+#   --deep also has clang's analyzer walk through it, which takes as long again.
 # Needs what drpai/install-tools.sh --tests installs.
 set -eu
 cd "$(dirname "$0")"
@@ -16,7 +17,8 @@ for preset in tests sanitize; do
   cmake --build "$folder" --parallel "$jobs"
   "$folder/tests/unit_tests" --no-version=true
 done
-if [ "${1:-}" != --no-tidy ]; then
-  # The DRP-AI backend is looked at as well: its command stands in the tests' build, with our own headers for the SDK.
-  printf '%s\n' src/*/*.cpp | xargs -P "$jobs" -n 3 clang-tidy -p build --quiet
-fi
+checks=
+if [ "${1:-}" = --deep ]; then checks='--checks=clang-analyzer-*'; fi
+# The DRP-AI backend is looked at as well: its command stands in the tests' build, with our own headers for the SDK.
+# shellcheck disable=SC2086
+printf '%s\n' src/*/*.cpp | xargs -P "$jobs" -n 2 clang-tidy -p build --quiet $checks
