@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include <opencv2/core/utility.hpp>
+#include <opencv2/core/utils/logger.hpp>
 #include <unistd.h>
 
 #include "app/detector_loop.hpp"
@@ -49,6 +50,8 @@ void report_ready() {
 int run(const Options& options) {
   // One thread: the machine's cores are shared out among processes, not within them.
   cv::setNumThreads(1);
+  // What fails is told in our own words; OpenCV quotes bytes out of broken files.
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   const double begin_s = monotonic_s();
   const auto backend = make_backend(options.backend, options.model, options.drpai_frequency);
   const auto source = open_source(options.source);

@@ -11,7 +11,13 @@
 namespace yolo_cam {
 namespace {
 
-std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
+// The first line of OpenCV's words. They quote names out of the file, which in a corrupt one are anything.
+std::string first_line(const std::string& text) {
+  constexpr std::size_t LONGEST = 200;
+  std::string line = text.substr(0, std::min(text.find('\n'), LONGEST));
+  std::replace_if(line.begin(), line.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return line;
+}
 
 cv::dnn::Net read_network(const std::string& path) {
   if (!std::ifstream(path).good()) {
