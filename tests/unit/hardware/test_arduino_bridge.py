@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import select
 import threading
 import tty
 from collections.abc import Callable, Iterator
@@ -50,6 +51,13 @@ class Device:
 
     def hear(self, count: int) -> bytes:
         return os.read(self.master, count)
+
+    def hear_whole(self, expected: bytes) -> bytes:
+        """As many bytes as are expected: one read may hand over less, for the bridge writes in a thread."""
+        heard = b""
+        while len(heard) < len(expected) and select.select([self.master], [], [], PATIENCE_S)[0]:
+            heard += self.hear(len(expected) - len(heard))
+        return heard
 
 
 class Heard:
@@ -103,7 +111,8 @@ def test_commands_arrive_byte_for_byte(bridge: ArduinoBridge, device: Device) ->
     assert bridge.send_velocity(Twist2D(0.2, 0.0, 0.3))
     assert bridge.send_stop()
     assert bridge.send(b"FWD,100,1719\n")
-    assert device.hear(100) == b"VEL,200,0,300\nSTOP\nFWD,100,1719\n"
+    expected = b"VEL,200,0,300\nSTOP\nFWD,100,1719\n"
+    assert device.hear_whole(expected) == expected
     assert bridge.statistics.written == 3
 
 
