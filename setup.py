@@ -38,7 +38,9 @@ AMENT_CMAKE_PARTS = [
 ]
 
 GROOT = ["pyzmq>=25", "msgpack>=1.0"]
-TEST = ["pytest>=8", "pytest-timeout>=2.3", "hypothesis>=6.100"]
+# uvicorn without its extras: of those only the WebSocket library is wanted here.
+WEB = ["starlette>=0.40", "uvicorn>=0.35", "websockets>=14"]
+TEST = ["pytest>=8", "pytest-timeout>=2.3", "pytest-xdist", "hypothesis>=6.100"]
 ROS = ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"]
 # What it takes to build deploy/interfaces against those wheels; the metapackages do not pull all of it in.
 INTERFACES = [
@@ -80,7 +82,7 @@ setup(
     python_requires=">=3.10,<3.14",
     packages=find_packages(include=[NAME, f"{NAME}.*", "behaviours", "behaviours.*", "trees"]),
     package_data={
-        NAME: ["sim/arenas/*.yaml"],
+        NAME: ["sim/arenas/*.yaml", "sim/arenas/*/*.yaml", "web/static/*", "web/static/js/*"],
         "trees": ["*.xml", "*.yaml", "subtrees/*", "scenarios/*"],
     },
     data_files=[
@@ -98,6 +100,7 @@ setup(
         "numpy>=1.24",
         "opencv-python-headless>=4.6",
         "filterpy>=1.4.5",
+        "scipy>=1.10",
         "pyserial>=3.5",
         "py_trees>=2.6,<2.7",
         "PyYAML>=6",
@@ -113,10 +116,11 @@ setup(
         "record": ["mcap>=1.1"],
         # Groot2's monitor: ZeroMQ, and MessagePack for the blackboard.
         "groot": GROOT,
+        # The browser console.
+        "web": WEB,
         "test": TEST,
         "dev": [
             *TEST,
-            "pytest-xdist",
             "ruff",
             "mypy",
             "import-linter",
@@ -130,6 +134,9 @@ setup(
             "behaviortreepy>=0.1.4",
             "xmlschema>=3.4",
             *GROOT,
+            *WEB,
+            # Drives a real browser in the console's tests.
+            "selenium>=4.20",
             "colcon-common-extensions",
             "empy<4",
             # colcon calls setup.py with options that setuptools 80 removed.
@@ -148,6 +155,7 @@ setup(
             "lidar_node = target_nav.app.lidar_node:main",
             "bag_recorder = target_nav.app.bag_recorder:main",
             "detector_node = target_nav.app.detector_node:main",
+            "gui = target_nav.app.gui_launch:main",
             "sim = target_nav.app.sim_node:main",
             # As py_trees_ros has them; where that is installed these hand over to it.
             "py-trees-tree-watcher = target_nav.app.tree_watcher:main",

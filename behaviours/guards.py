@@ -14,7 +14,7 @@ from target_nav.state.types import TargetSpec
 
 
 class SetTarget(MissionLeaf):
-    """Says what the mission looks for. SUCCESS at once."""
+    """Says what the mission looks for, unless the operator chose something else. SUCCESS at once."""
 
     INPUT_PORTS = {
         "class": text("the detector's label", required=True),
@@ -25,10 +25,14 @@ class SetTarget(MissionLeaf):
     }
     OUTPUT_PORTS = {}
     PORT_LIMITS = {"height_m": (0.01, 5.0), "width_m": (0.01, 5.0)}
+    READS = (keys.TARGET_CHOICE,)
     WRITES = (keys.SPEC,)
 
     def update(self) -> Status:
-        spec = TargetSpec(self.get_input("class"), self.get_input("height_m"), self.get_input("width_m"))
+        chosen: TargetSpec | None = self.read(keys.TARGET_CHOICE)
+        spec = chosen or TargetSpec(
+            self.get_input("class"), self.get_input("height_m"), self.get_input("width_m")
+        )
         self.write(keys.SPEC, spec)
         return self.say(f"{spec.class_name}, {spec.height_m:.2f} m x {spec.width_m:.2f} m", Status.SUCCESS)
 

@@ -13,16 +13,20 @@ from target_nav.errors import TargetNavError
 COMMANDS = {
     "run": "target_nav.app.commands.run",
     "campaign": "target_nav.app.commands.campaign",
+    "compare": "target_nav.app.commands.compare",
+    "barn": "target_nav.app.commands.barn",
     "check": "target_nav.app.commands.check",
     "convert": "target_nav.app.commands.convert",
     "nodes": "target_nav.app.commands.nodes",
     "render": "target_nav.app.commands.render",
     "test": "target_nav.app.commands.test",
     "replay": "target_nav.app.commands.replay",
+    "gui": "target_nav.app.commands.gui",
     "calibrate": "target_nav.app.commands.calibrate",
     "doctor": "target_nav.app.commands.doctor",
     "say": "target_nav.app.commands.say",
     "status": "target_nav.app.commands.status",
+    "web": "target_nav.app.commands.web",
 }
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
+from target_nav.app import gui_launch
 from target_nav.app.detector_program import detector_command
 from target_nav.app.paths import REFERENCE_MISSION, mission_path
 from target_nav.config import Config
@@ -44,7 +45,7 @@ LATE_S = 0.005
 def examine(config: Config) -> Iterator[Finding]:
     """All checks, one after the other, so that they can be shown as they come."""
     checks: tuple[Callable[[Config], Iterator[Finding]], ...] = (
-        _python, _wheels, _ros, _shared_memory, _serial, _camera, _detector, _clocks, _cores, _mission,
+        _python, _wheels, _ros, _shared_memory, _serial, _camera, _detector, _clocks, _cores, _panel, _mission,
         _firmware,
     )  # fmt: skip
     for check in checks:
@@ -204,6 +205,18 @@ def _cores(config: Config) -> Iterator[Finding]:
             f"{cores}",
             "processes are pinned from 4 cores on; here the kernel places them",
         )
+
+
+def _panel(config: Config) -> Iterator[Finding]:
+    lacks = gui_launch.missing_packages()
+    if lacks:
+        yield Finding(
+            "panel", Verdict.NOTE, lacks.split(":")[0], "scripts/install-panel.sh, for target-nav gui"
+        )
+    elif not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        yield Finding("panel", Verdict.OK, "GTK 3 is there; no display in this session")
+    else:
+        yield Finding("panel", Verdict.OK, f"GTK 3 and a display: {gui_launch.python_of()}")
 
 
 def _firmware(config: Config) -> Iterator[Finding]:

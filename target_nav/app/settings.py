@@ -21,6 +21,12 @@ def add_config_arguments(parser: argparse.ArgumentParser) -> None:
         "--config", metavar="FILE", type=Path, help="YAML file of dotted keys: lidar.rate_hz: 10.0"
     )
     parser.add_argument(
+        "--settings",
+        metavar="FILE",
+        type=Path,
+        help="YAML file of the operator's saved changes, over --config; it need not exist",
+    )
+    parser.add_argument(
         "--set",
         metavar="KEY=VALUE",
         action="append",
@@ -45,14 +51,35 @@ def parse_arguments(parser: argparse.ArgumentParser, argv: Sequence[str] | None 
 
 
 def config_from(arguments: argparse.Namespace, base: Config | None = None) -> Config:
-    """`base` (the reference robot) with the options applied: the file, then `--set`, then `--prefix`.
+    """`base` (the reference robot) with the options applied: `--config`, `--settings`, `--set`, then `--prefix`.
 
     Raises:
         ConfigError: a file that cannot be read, an unknown key, a value outside its limits.
     """
-    config = base or Config()
+    return _applied(arguments, base or Config(), settings_file_from(arguments))
+
+
+def base_config_from(arguments: argparse.Namespace, base: Config | None = None) -> Config:
+    """The same without the operator's saved changes: what they are changes of. Raises ConfigError."""
+    return _applied(arguments, base or Config(), None)
+
+
+def settings_file_from(arguments: argparse.Namespace) -> Path | None:
+    path: Path | None = getattr(arguments, "settings", None)
+    return path
+
+
+def default_settings_file() -> Path:
+    """Where a robot keeps what its operator has changed."""
+    folder = os.environ.get("XDG_CONFIG_HOME") or str(Path.home() / ".config")
+    return Path(folder) / "target_nav" / "settings.yaml"
+
+
+def _applied(arguments: argparse.Namespace, config: Config, settings: Path | None) -> Config:
     if arguments.config is not None:
         config = load_config(arguments.config, config)
+    if settings is not None and settings.exists():
+        config = load_config(settings, config)
     for setting in arguments.set:
         key, equals, text = setting.partition("=")
         if not equals:

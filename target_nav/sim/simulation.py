@@ -68,7 +68,8 @@ class Simulation:
         )
         self._firmware = firmware(config, start_s)
         self._history = PoseHistory(start_s, STEP_S, start.x_m, start.y_m, start.yaw_rad)
-        self._lidar = Lidar(config.lidar, world.ray_caster(config.lidar.z_m), stream(seed, "lidar"), start_s)
+        beams = world.ray_caster(config.lidar.z_m, config.lidar.true_profile)
+        self._lidar = Lidar(config.lidar, beams, stream(seed, "lidar"), start_s)
         target_class = arena.target.class_name if arena.target is not None else TargetSpec().class_name
         self._camera = BoxCamera(
             config.camera,

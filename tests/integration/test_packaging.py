@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-EXECUTABLES = {"tree_executor", "camera_node", "arduino_node", "odometry_node", "detector_node", "sim"}
+EXECUTABLES = {"tree_executor", "camera_node", "arduino_node", "odometry_node", "detector_node", "gui", "sim"}
 EXECUTABLES |= {"lidar_node", "bag_recorder"}
 WATCHERS = {"py-trees-tree-watcher", "py-trees-blackboard-watcher"}
 # Composed, so that a search for them finds nothing here.

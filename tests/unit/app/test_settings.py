@@ -9,6 +9,7 @@ import pytest
 
 from target_nav.app.settings import (
     add_config_arguments,
+    base_config_from,
     config_from,
     load_config,
     parse_arguments,
@@ -78,6 +79,25 @@ def test_a_configuration_survives_its_file(tmp_path: Path) -> None:
     assert load_config(tmp_path / "c.yaml") == config
     write_config(Config(), tmp_path / "same.yaml")
     assert load_config(tmp_path / "same.yaml") == Config()
+
+
+def test_the_operators_saved_changes_lie_over_the_file_and_under_the_command_line(tmp_path: Path) -> None:
+    base, saved = tmp_path / "config.yaml", tmp_path / "settings.yaml"
+    base.write_text("lidar.rate_hz: 7.0\nlidar.beams: 720\nsearch.time_limit_s: 20.0\n")
+    saved.write_text("lidar.rate_hz: 8.0\nsearch.time_limit_s: 25.0\n")
+    parser = argparse.ArgumentParser()
+    add_config_arguments(parser)
+    given = ["--config", str(base), "--settings", str(saved), "--set", "search.time_limit_s=40"]
+    config = config_from(parse_arguments(parser, given))
+    assert (config.lidar.rate_hz, config.lidar.beams, config.search.time_limit_s) == (8.0, 720, 40.0)
+    assert base_config_from(parse_arguments(parser, given)).lidar.rate_hz == 7.0
+
+
+def test_a_file_of_saved_changes_need_not_exist(tmp_path: Path) -> None:
+    parser = argparse.ArgumentParser()
+    add_config_arguments(parser)
+    given = ["--settings", str(tmp_path / "none.yaml")]
+    assert config_from(parse_arguments(parser, given)) == Config()
 
 
 def test_keys_are_set_in_a_file_and_the_rest_of_it_stays(tmp_path: Path) -> None:
