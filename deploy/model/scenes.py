@@ -25,6 +25,8 @@ WIDTH, HEIGHT = 320, 240
 """What the network sees of a 640x480 frame; rows are added above and below afterwards."""
 VISIBLE_MIN = 0.40
 IN_PICTURE_MIN = 0.25
+HIDDEN_BELOW = 0.05
+"""Of which nothing shows at all is not there."""
 HEIGHT_MIN_PX = 13.0
 RACK_PITCH = 1.1
 """Ten-pins stand 12 inches apart at 15 inches height (0.8), duckpins 12 at 9.4 (1.28); here in between, varied."""
@@ -144,7 +146,7 @@ def make_scene(bank: Bank, rng: Rng) -> Scene:
     for number, (thing, area) in enumerate(zip(things, painter.areas), 1):
         if thing.sprite.is_pin:
             box = _box_of(thing)
-            if area[1] < 2.0:
+            if area[1] < 2.0 or seen[number] < HIDDEN_BELOW * area[1]:
                 continue
             good = thing.upright and box[3] - box[1] >= HEIGHT_MIN_PX
             good = good and area[1] / area[0] >= IN_PICTURE_MIN and seen[number] >= VISIBLE_MIN * area[1]
@@ -194,17 +196,18 @@ def _log_height(rng: Rng, low: float, high: float) -> float:
 def _arrange(bank: Bank, rng: Rng, ground: _Ground) -> list[_Placed]:
     things: list[_Placed] = []
     kind = rng.random()
-    if kind < 0.13:
+    if kind < 0.10:
         pass
     elif kind < 0.35:
         things += _rack(bank, rng)
+        things += [_anywhere(_pick(bank.pins, rng), rng) for _ in range(int(rng.integers(0, 3)))]
     elif kind < 0.65:
-        things += [_on_ground(_pick(bank.pins, rng), rng, ground) for _ in range(int(rng.integers(1, 5)))]
+        things += [_on_ground(_pick(bank.pins, rng), rng, ground) for _ in range(int(rng.integers(1, 9)))]
     else:
-        things += [_anywhere(_pick(bank.pins, rng), rng) for _ in range(int(rng.integers(1, 4)))]
-    for _ in range(int(rng.choice([0, 1, 2, 4, 8], p=[0.15, 0.25, 0.3, 0.2, 0.1]))):
+        things += [_anywhere(_pick(bank.pins, rng), rng) for _ in range(int(rng.integers(1, 8)))]
+    for _ in range(int(rng.choice([0, 2, 5, 9, 14], p=[0.1, 0.25, 0.3, 0.25, 0.1]))):
         sprite = _pick(bank.odd, rng)
-        things.append(_on_ground(sprite, rng, ground) if rng.random() < 0.5 else _anywhere(sprite, rng))
+        things.append(_on_ground(sprite, rng, ground) if rng.random() < 0.4 else _anywhere(sprite, rng))
     if rng.random() < 0.12:
         lying = _anywhere(_pick(bank.pins, rng), rng)
         lying.tilt_rad = float(rng.choice([-1, 1])) * float(rng.uniform(0.9, 2.3))
@@ -218,7 +221,7 @@ def _pick(sprites: list[Sprite], rng: Rng) -> Sprite:
 
 
 def _on_ground(sprite: Sprite, rng: Rng, ground: _Ground) -> _Placed:
-    scale = _log_height(rng, 13.0, 330.0)
+    scale = _log_height(rng, 14.0, 110.0) if rng.random() < 0.85 else _log_height(rng, 110.0, 330.0)
     depth = ground.focal / scale
     u = float(rng.uniform(-0.05, 1.05)) * WIDTH
     size = 1.0 if sprite.is_pin else float(np.exp(rng.normal(0.0, 0.5)))
@@ -227,7 +230,7 @@ def _on_ground(sprite: Sprite, rng: Rng, ground: _Ground) -> _Placed:
 
 
 def _anywhere(sprite: Sprite, rng: Rng) -> _Placed:
-    height = _log_height(rng, 13.0, 420.0) if rng.random() < 0.85 else _log_height(rng, 13.0, 40.0)
+    height = _log_height(rng, 14.0, 130.0) if rng.random() < 0.85 else _log_height(rng, 130.0, 420.0)
     u = float(rng.uniform(-0.03, 1.03)) * WIDTH
     if height > 0.8 * HEIGHT:
         v = float(rng.uniform(0.5 * HEIGHT + 0.3 * height, 0.5 * HEIGHT + 0.75 * height))
@@ -266,7 +269,7 @@ def _rack(bank: Bank, rng: Rng) -> list[_Placed]:
 
 
 def _gain(rng: Rng) -> float:
-    return float(np.clip(np.exp(rng.normal(-0.15, 0.3)), 0.25, 1.25))
+    return float(np.clip(np.exp(rng.normal(-0.1, 0.25)), 0.4, 1.25))
 
 
 def _shadow(picture: NDArray[np.float32], thing: _Placed, strength: float, rng: Rng) -> None:

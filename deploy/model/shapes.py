@@ -158,7 +158,7 @@ def _grain(rng: Rng, strength: float) -> NDArray[np.float32]:
 
 
 def _light(rng: Rng) -> Light:
-    ambient = float(rng.uniform(0.15, 0.8))
+    ambient = float(rng.uniform(0.25, 0.85))
     return Light(
         ambient, float(rng.uniform(0.1, 1.0 - 0.6 * ambient)), float(rng.normal(0, 0.7)), float(rng.uniform(-0.1, 1.2)),
         float(rng.uniform(0.0, 1.0)) + 0.05, float(rng.uniform(0, 0.5)) * float(rng.random() < 0.6),

@@ -9,6 +9,8 @@ from __future__ import annotations
 import argparse
 import copy
 import math
+import pickle
+import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,6 +18,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
+import torch.distributed as dist
 from torch.utils.data import DataLoader, IterableDataset
 
 from deploy.model.loss import detection_loss
@@ -55,44 +58,71 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True, help="folder for checkpoints")
     parser.add_argument("--start-from", type=Path, help="checkpoint to go on from")
     parser.add_argument("--batch", type=int, default=32)
-    parser.add_argument("--rate", type=float, default=2.5e-3)
+    parser.add_argument("--rate", type=float, default=3e-3)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--processes", type=int, default=2, help="that share each step's pictures, one thread each")
     parser.add_argument("--bank", type=int, nargs=4, default=(1800, 1500, 1500, 1500),
                         metavar=("PINS", "ODD", "BACKGROUNDS", "FRAMES"))  # fmt: skip
+    parser.add_argument("--parts", type=Path, help="file that keeps the parts for the next run")
     parser.add_argument("--frame-share", type=float, default=0.3, help="of pictures from the simulator's renderer")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    torch.manual_seed(arguments.seed)
-    torch.set_num_threads(arguments.threads)
     cv2.setNumThreads(1)
-    rng = np.random.default_rng(arguments.seed)
     begin_s = time.monotonic()
-    bank = make_bank(rng, *arguments.bank[:3])
-    frames = make_frames(rng, arguments.bank[3]) if arguments.bank[3] else None
-    print(f"drew the parts in {time.monotonic() - begin_s:.0f} s", flush=True)
-    pictures = DrawnPictures(bank, frames, arguments.frame_share, arguments.seed)
-    loader = DataLoader(pictures, arguments.batch, num_workers=arguments.workers, prefetch_factor=4)
-    _train(loader, arguments)
+    bank, frames = _parts(arguments)
+    print(f"had the parts after {time.monotonic() - begin_s:.0f} s", flush=True)
+    with tempfile.TemporaryDirectory() as folder:
+        # Forked, so that all share the parts in memory.
+        torch.multiprocessing.start_processes(
+            _work, (arguments, bank, frames, f"file://{folder}/meet"), arguments.processes, start_method="fork"
+        )
 
 
-def _train(loader: DataLoader[Sample], arguments: argparse.Namespace) -> None:
+def _work(rank: int, arguments: argparse.Namespace, bank: Bank, frames: FrameBank | None, meet: str) -> None:
+    """One of several processes. Waiting for each other once a step costs less on a busy machine than once an operation."""
+    torch.set_num_threads(1)
+    torch.manual_seed(arguments.seed)
+    dist.init_process_group("gloo", init_method=meet, rank=rank, world_size=arguments.processes)
+    pictures = DrawnPictures(bank, frames, arguments.frame_share, arguments.seed * 100 + rank)
+    loader = DataLoader(pictures, arguments.batch // arguments.processes, num_workers=1, prefetch_factor=4)
+    _train(loader, arguments, rank)
+    dist.destroy_process_group()
+
+
+def _parts(arguments: argparse.Namespace) -> tuple[Bank, FrameBank | None]:
+    """What pictures are put together from: drawn, or as drawn by an earlier run."""
+    kept: Path | None = arguments.parts
+    if kept is not None and kept.is_file():
+        with kept.open("rb") as file:
+            return pickle.load(file)  # type: ignore[no-any-return]
+    rng = np.random.default_rng(arguments.seed)
+    parts = (
+        make_bank(rng, *arguments.bank[:3]),
+        make_frames(rng, arguments.bank[3]) if arguments.bank[3] else None,
+    )
+    if kept is not None:
+        with kept.open("wb") as file:
+            pickle.dump(parts, file)
+    return parts
+
+
+def _train(loader: DataLoader[Sample], arguments: argparse.Namespace, rank: int) -> None:
     net = PinNet().to(memory_format=torch.channels_last).train()  # type: ignore[call-overload]
     if arguments.start_from is not None:
         net.load_state_dict(torch.load(arguments.start_from, weights_only=True))
     average = copy.deepcopy(net)
-    print(f"{sum(p.numel() for p in net.parameters())} parameters", flush=True)
+    if rank == 0:
+        print(f"{sum(p.numel() for p in net.parameters())} parameters", flush=True)
     optimiser = torch.optim.AdamW(net.parameters(), lr=arguments.rate, weight_decay=0.02)
     begin_s = saved_s = told_s = time.monotonic()
     limit_s = 60.0 * arguments.minutes
     sums: dict[str, float] = {}
     step = since = 0
     for images, targets in loader:
-        share = (time.monotonic() - begin_s) / limit_s
+        share = _agreed((time.monotonic() - begin_s) / limit_s)
         if share >= 1.0:
             break
-        rate = arguments.rate * min(1.0, (step + 1) / 150) * (0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * share)))
+        rate = arguments.rate * min(1.0, (step + 1) / 100) * (0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * share)))
         for group in optimiser.param_groups:
             group["lr"] = rate
         x = images.to(memory_format=torch.channels_last).float() / 255.0
@@ -101,9 +131,12 @@ def _train(loader: DataLoader[Sample], arguments: argparse.Namespace) -> None:
         loss, parts = detection_loss(outputs, targets)
         optimiser.zero_grad(set_to_none=True)
         loss.backward()
+        _average_gradients(net, arguments.processes)
         torch.nn.utils.clip_grad_norm_(net.parameters(), 5.0)
         optimiser.step()
         step, since = step + 1, since + 1
+        if rank > 0:
+            continue
         _follow(average, net, min(0.998, step / (step + 20)))
         for name, value in parts.items():
             sums[name] = sums.get(name, 0.0) + value
@@ -115,9 +148,28 @@ def _train(loader: DataLoader[Sample], arguments: argparse.Namespace) -> None:
         if now_s - saved_s > 120.0:
             torch.save(average.state_dict(), arguments.out / "average.pt")
             saved_s = now_s
+    if rank > 0:
+        return
     torch.save(average.state_dict(), arguments.out / "average.pt")
     torch.save(net.state_dict(), arguments.out / "last.pt")
     print(f"{step} steps of {arguments.batch} pictures", flush=True)
+
+
+def _agreed(share: float) -> float:
+    """Rank 0's clock decides, so that all stop at the same step."""
+    value = torch.tensor([share])
+    dist.broadcast(value, 0)
+    return float(value)
+
+
+def _average_gradients(net: PinNet, processes: int) -> None:
+    gradients = [p.grad for p in net.parameters() if p.grad is not None]
+    flat = torch.cat([gradient.flatten() for gradient in gradients])
+    dist.all_reduce(flat)
+    at = 0
+    for gradient in gradients:
+        gradient.copy_((flat[at : at + gradient.numel()] / processes).view_as(gradient))
+        at += gradient.numel()
 
 
 @torch.no_grad()

@@ -8,9 +8,8 @@ profile.
 from __future__ import annotations
 
 import cv2
-import numpy as np
 
-from target_nav.detectors.detector import ImageBgr
+from target_nav.detectors.detector import ImageBgr, check_picture
 from target_nav.detectors.pin_fit import PinFit, fit_pin
 from target_nav.detectors.red_stripes import find_stripes
 from target_nav.state.types import RawDetection
@@ -39,10 +38,7 @@ class PinPixelDetector:
         Raises:
             ValueError: the picture is not uint8 of shape (height, width, 3).
         """
-        if image_bgr.ndim != 3 or image_bgr.shape[2] != 3 or image_bgr.dtype != np.uint8:
-            raise ValueError(
-                f"picture is {image_bgr.dtype} of shape {image_bgr.shape}; a detector takes uint8 (height, width, 3)"
-            )
+        check_picture(image_bgr)
         fits = [fit_pin(image_bgr, find) for find in find_stripes(image_bgr)[:FITS_MAX]]
         good = sorted((fit for fit in fits if fit is not None and fit.score >= LOWEST_SCORE), key=_by_score)
         kept: list[tuple[PinFit, Box]] = []

@@ -7,6 +7,7 @@ No clock, no thread: virtual time and real time differ only in who says what tim
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 
 from target_nav.sim.arena_types import Arena
 from target_nav.sim.boxes import BoxCamera
@@ -16,6 +17,7 @@ from target_nav.sim.firmware import FirmwareEmulator
 from target_nav.sim.history import PoseHistory
 from target_nav.sim.judge import Verdict, judge, target_gap_m
 from target_nav.sim.lidar import Lidar
+from target_nav.sim.pixels import Detect, Draw, PixelCamera
 from target_nav.sim.streams import stream
 from target_nav.sim.world import World
 from target_nav.state.types import Pose2D, RawDetectionFrame, Scan, TargetSpec, Twist2D
@@ -42,7 +44,8 @@ class Simulation:
         ValueError: the seed is negative.
     """
 
-    def __init__(self, arena: Arena, seed: int, start_s: float = 0.0) -> None:
+    def __init__(self, arena: Arena, seed: int, start_s: float = 0.0, detect: Detect | None = None) -> None:
+        """With `detect`, pictures are rendered and it finds the boxes in them; without, boxes are projected."""
         config, start = arena.config, arena.robot
         self.arena = arena
         self._start_s = start_s
@@ -56,14 +59,20 @@ class Simulation:
         self._history = PoseHistory(start_s, STEP_S, start.x_m, start.y_m, start.yaw_rad)
         self._lidar = Lidar(config.lidar, world.ray_caster(config.lidar.z_m), stream(seed, "lidar"), start_s)
         target_class = arena.target.class_name if arena.target is not None else TargetSpec().class_name
-        self._camera = BoxCamera(
-            config.camera,
-            arena.objects,
-            target_class,
-            world.ray_caster(config.camera.z_m),
-            stream(seed, "camera"),
-            start_s,
-        )
+        self._camera: BoxCamera | PixelCamera
+        if detect is not None:
+            self._camera = PixelCamera(
+                config.camera, _drawing(arena, seed), detect, stream(seed, "camera"), start_s
+            )
+        else:
+            self._camera = BoxCamera(
+                config.camera,
+                arena.objects,
+                target_class,
+                world.ray_caster(config.camera.z_m),
+                stream(seed, "camera"),
+                start_s,
+            )
         self._scans: deque[Scan] = deque(maxlen=KEPT_MESSAGES)
         self._serial: deque[tuple[float, bytes]] = deque(maxlen=20 * KEPT_MESSAGES)
         self._odometry_delay_s = config.drive_sim.time_offset_s
@@ -169,3 +178,16 @@ class Simulation:
             min_clearance_m=self.min_clearance_m,
             path_m=self.drive.path_m,
         )
+
+
+def _drawing(arena: Arena, seed: int) -> Callable[[float], Draw]:
+    """Every seed paints the room anew."""
+
+    def draw_with(mount_error_rad: float) -> Draw:
+        # Only who wants pictures loads OpenCV.
+        from target_nav.sim.render import Renderer
+        from target_nav.sim.render_look import Look
+
+        return Renderer(arena, arena.config, mount_error_rad, Look.of(seed)).draw
+
+    return draw_with
