@@ -88,6 +88,7 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         *share("launch", "*.py", "*.xml", "*.yaml"),
         *share("urdf", "*.urdf", "*.xacro"),
+        *share("deploy/model", "*.onnx"),
         *share("trees", "*.xml", "*.yaml"),
     ],
     install_requires=[
@@ -109,6 +110,8 @@ setup(
         "record": ["mcap>=1.1"],
         # Groot2's monitor: ZeroMQ, and MessagePack for the blackboard.
         "groot": GROOT,
+        # To train the pin model anew (deploy/model); nothing at run time needs it.
+        "train": ["torch>=2.4", "onnx>=1.16"],
         "test": TEST,
         "dev": [
             *TEST,

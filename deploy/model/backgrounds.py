@@ -160,7 +160,10 @@ def _dead_leaves(rng: Rng) -> NDArray[np.float32]:
             n = int(rng.integers(3, 8))
             angles = np.sort(rng.uniform(0, 2 * math.pi, n))
             reach = size * rng.uniform(0.3, 1.4, n)
-            points = np.stack([np.cos(angles) * reach, np.sin(angles) * reach], 1) * [1.0, rng.uniform(0.3, 3)]
+            points = np.stack([np.cos(angles) * reach, np.sin(angles) * reach], 1) * [
+                1.0,
+                rng.uniform(0.3, 3),
+            ]
             cv2.fillPoly(mask, [np.int32(points + center)], 255, cv2.LINE_AA)
         x, y, w, h = cv2.boundingRect(mask)
         if w == 0 or h == 0:
@@ -181,19 +184,27 @@ def _lane(rng: Rng) -> NDArray[np.float32]:
     near, far = int(rng.uniform(0.45, 0.9) * HEIGHT), int(rng.uniform(0.0, 0.35) * HEIGHT)
     u = float(rng.uniform(0.3, 0.7) * WIDTH)
     half_near, half_far = rng.uniform(0.25, 0.6) * WIDTH, rng.uniform(0.12, 0.3) * WIDTH
-    boards = np.tile(np.clip(np.array([150, 190, 215]) * rng.uniform(0.5, 1.15) + rng.normal(0, 15, 3), 0, 255), (64, 256, 1))
+    wood = np.clip(np.array([150, 190, 215]) * rng.uniform(0.5, 1.15) + rng.normal(0, 15, 3), 0, 255)
+    boards = np.tile(wood, (64, 256, 1))
     for column in range(0, 256, int(rng.integers(4, 14))):
         boards[:, column : column + 14] *= rng.uniform(0.82, 1.1)
         boards[:, column] *= 0.75
-    deck = np.tile(_colour(rng) * rng.uniform(0.1, 0.6), (64, 256, 1)) + 3 * noise_picture(rng, 64, 256, 1.0)[:, :, None]
+    deck = np.tile(_colour(rng) * rng.uniform(0.1, 0.6), (64, 256, 1))
+    deck += 3 * noise_picture(rng, 64, 256, 1.0)[:, :, None]
     half_end = half_near * rng.uniform(1.2, 2.0)
-    _quad(picture, deck, [(u - half_far, far), (u + half_far, far), (u + half_near, near), (u - half_near, near)])
-    _quad(picture, boards, [(u - half_near, near), (u + half_near, near), (u + half_end, HEIGHT + 60), (u - half_end, HEIGHT + 60)])
+    _quad(
+        picture,
+        deck,
+        [(u - half_far, far), (u + half_far, far), (u + half_near, near), (u - half_near, near)],
+    )
+    ends = [(u + half_end, HEIGHT + 60), (u - half_end, HEIGHT + 60)]
+    _quad(picture, boards, [(u - half_near, near), (u + half_near, near), *ends])
     for sign in (-1, 1):
         wall = texture(rng, 64, 64) * rng.uniform(0.3, 1.0)
         top = far - rng.uniform(20, 120)
         corners = [(u + sign * half_far * 1.05, far), (u + sign * half_far * 1.05, top),
-                   (u + sign * half_end * 1.3, top - rng.uniform(0, 200)), (u + sign * half_end * 1.2, HEIGHT + 80)]  # fmt: skip
+                   (u + sign * half_end * 1.3, top - rng.uniform(0, 200)),
+                   (u + sign * half_end * 1.2, HEIGHT + 80)]  # fmt: skip
         if rng.random() < 0.8:
             _quad(picture, wall, corners)
     for _ in range(int(rng.integers(0, 6))):
@@ -201,11 +212,15 @@ def _lane(rng: Rng) -> NDArray[np.float32]:
     return picture
 
 
-def _quad(picture: NDArray[np.float32], patch: NDArray[np.float32], corners: list[tuple[float, float]]) -> None:
+def _quad(
+    picture: NDArray[np.float32], patch: NDArray[np.float32], corners: list[tuple[float, float]]
+) -> None:
     rows, columns = patch.shape[:2]
     source = np.array([(0, 0), (columns, 0), (columns, rows), (0, rows)], np.float32)
     matrix = cv2.getPerspectiveTransform(source, np.array(corners, np.float32))
-    warped = cv2.warpPerspective(patch.astype(np.float32), matrix, (WIDTH, HEIGHT), borderMode=cv2.BORDER_REPLICATE)
+    warped = cv2.warpPerspective(
+        patch.astype(np.float32), matrix, (WIDTH, HEIGHT), borderMode=cv2.BORDER_REPLICATE
+    )
     mask = np.zeros((HEIGHT, WIDTH), np.uint8)
     cv2.fillConvexPoly(mask, np.int32(np.round(corners)), 255, cv2.LINE_AA)
     share = mask[:, :, None].astype(np.float32) / 255.0
@@ -216,7 +231,9 @@ def _clouds(rng: Rng) -> NDArray[np.float32]:
     slope = float(rng.uniform(0.6, 2.0))
     light = noise_picture(rng, HEIGHT, WIDTH, slope)
     tint = np.stack([noise_picture(rng, HEIGHT, WIDTH, slope) for _ in range(3)], 2)
-    return np.asarray(_colour(rng) + rng.uniform(5, 60) * light[:, :, None] + rng.uniform(0, 20) * tint, np.float32)
+    return np.asarray(
+        _colour(rng) + rng.uniform(5, 60) * light[:, :, None] + rng.uniform(0, 20) * tint, np.float32
+    )
 
 
 def _dark(rng: Rng) -> NDArray[np.float32]:

@@ -50,7 +50,12 @@ class Sprite:
 
 
 def draw_sprite(
-    body: Revolved, pitch_rad: float, distance: float, light: Light, height_px: int, is_pin: bool,
+    body: Revolved,
+    pitch_rad: float,
+    distance: float,
+    light: Light,
+    height_px: int,
+    is_pin: bool,
     grain: Float32Array | None = None,
 ) -> Sprite:
     """`distance` in heights of the body; the camera looks at its middle, `pitch_rad` down.

@@ -13,7 +13,7 @@ Rng = np.random.Generator
 
 
 def degrade(image_bgr: ImageBgr, rng: Rng) -> ImageBgr:
-    """A new picture of the same size. Boxes stay where they are: nothing here moves an edge by more than half a pixel."""
+    """A new picture of the same size. Boxes stay where they are: nothing here moves an edge by half a pixel."""
     picture = image_bgr.astype(np.float32)
     if rng.random() < 0.9:
         balance = np.exp(rng.normal(0, 0.10, 3))
@@ -29,7 +29,8 @@ def degrade(image_bgr: ImageBgr, rng: Rng) -> ImageBgr:
         rows, columns = picture.shape[:2]
         y, x = np.mgrid[-1 : 1 : rows * 1j, -1 : 1 : columns * 1j].astype(np.float32)
         cu, cv_ = rng.normal(0, 0.4, 2)
-        picture = picture * (1 - rng.uniform(0, 0.7) * np.clip((x - cu) ** 2 + (y - cv_) ** 2, 0, 1.5) / 1.5)[:, :, None]
+        off = np.clip((x - cu) ** 2 + (y - cv_) ** 2, 0, 1.5) / 1.5
+        picture = picture * (1 - rng.uniform(0, 0.7) * off)[:, :, None]
     kind = rng.random()
     if kind < 0.35:
         picture = cv2.GaussianBlur(picture, (0, 0), float(rng.uniform(0.3, 1.3)))

@@ -1,8 +1,8 @@
 """How good the model is: `python -m deploy.model.evaluate [--model FILE] [--duckpins DIR] [--negatives DIR ...]`.
 
-Four parts, each with the limit it is held to: real duckpins (weak labels), photographs without a pin, rendered pictures
-from 0.6 to 4 m with what tracking makes of them, and boxes that the picture's border cuts. Needs what the robot needs and
-nothing of what training does. Exit 1 when a limit is missed.
+Four parts, each with the limit it is held to: real duckpins (weak labels), photographs without a pin, rendered
+pictures from 0.6 to 4 m with what tracking makes of them, and boxes that the border cuts. Needs what the robot
+needs and nothing of what training does. Exit 1 when a limit is missed.
 """
 
 from __future__ import annotations
@@ -29,7 +29,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--model", type=Path, default=MODEL)
     parser.add_argument("--duckpins", type=Path, help="folder with images/ and labels/")
-    parser.add_argument("--negatives", type=Path, nargs="*", default=[], help="photographs without a pin, or folders of them")
+    parser.add_argument(
+        "--negatives", type=Path, nargs="*", default=[], help="photographs or folders, without a pin"
+    )
     parser.add_argument("--score", type=float, default=Config().detector.score_min, help="the one threshold")
     parser.add_argument("--pictures", type=int, default=400, help="rendered ones")
     parser.add_argument("--seed", type=int, default=1000)
@@ -42,7 +44,9 @@ def main() -> None:
     if arguments.duckpins is not None:
         figures += judge_duckpins(detector, arguments.duckpins, arguments.score, arguments.draw)
     if arguments.negatives or arguments.duckpins is not None:
-        figures += judge_negatives(detector, arguments.negatives, arguments.duckpins, arguments.score, arguments.draw)
+        figures += judge_negatives(
+            detector, arguments.negatives, arguments.duckpins, arguments.score, arguments.draw
+        )
     if arguments.pictures:
         rng = np.random.default_rng(arguments.seed)
         figures += judge_rendered(detector, arguments.pictures, arguments.score, rng, arguments.draw)
@@ -51,7 +55,8 @@ def main() -> None:
     for figure in figures:
         print(figure.text())
     if arguments.json is not None:
-        arguments.json.write_text(json.dumps({f.name: None if math.isnan(f.value) else f.value for f in figures}, indent=1))
+        values = {figure.name: None if math.isnan(figure.value) else figure.value for figure in figures}
+        arguments.json.write_text(json.dumps(values, indent=1))
     sys.exit(0 if all(figure.holds for figure in figures) else 1)
 
 

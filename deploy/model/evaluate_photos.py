@@ -20,7 +20,7 @@ LANE_MIDDLE = 0.483
 """Of the photograph's width: the column of the front pin."""
 PIN_FREE_WINDOWS = ((0.0, 0.5, 0.5, 1.0), (0.25, 0.53, 0.72, 1.0), (0.5, 0.5, 1.0, 1.0), (0.0, 0.0, 0.22, 0.32),
                     (0.74, 0.0, 1.0, 0.35), (0.72, 0.3, 1.0, 0.72), (0.0, 0.3, 0.2, 0.6))  # fmt: skip
-"""Of the duckpin photographs, shares: boards, walls and machinery. The scene is the same in all, so one of them is used."""
+"""Shares of a duckpin photograph: boards, walls and machinery. The scene never changes, so one photograph is used."""
 SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".bmp"}
 Edges = tuple[float, float, float, float]
 
@@ -41,7 +41,9 @@ def judge_duckpins(detector: Detector, folder: Path, score: float, draw: Path | 
     true = sum(row[1] for row in at)
     heights = [row[2] for row in at if row[1]]
     best, best_score = _best_threshold(hits, labels_total)
-    note = f"{true} of {labels_total} pins in {pictures} photographs, {len(at) - true} others, score {score:g}"
+    note = (
+        f"{true} of {labels_total} pins in {pictures} photographs, {len(at) - true} others, score {score:g}"
+    )
     return [
         Figure("duckpins: recall", true / max(labels_total, 1), low=0.95, note=note),
         Figure("duckpins: precision", true / max(len(at), 1), low=0.95),
@@ -114,9 +116,11 @@ def judge_negatives(
             worst += [(box.score, name) for box in found]
             if draw is not None and found:
                 _save(draw / f"false_{name}_{index}.png", view, found, score, [])
-    note = f"{false} boxes, {windows} windows of {photographs} photographs" + (
-        f"; worst: {', '.join(f'{name} {value:.2f}' for value, name in sorted(worst, reverse=True)[:4])}" if worst else ""
-    )
+    note = f"{false} boxes, {windows} windows of {photographs} photographs"
+    if worst:
+        note += (
+            f"; worst: {', '.join(f'{name} {value:.2f}' for value, name in sorted(worst, reverse=True)[:4])}"
+        )
     return [Figure("without a pin: false boxes a window", false / max(windows, 1), high=0.02, note=note)]
 
 
@@ -176,7 +180,9 @@ def overlap(a: Edges, b: Edges) -> float:
     return common / ((a[2] - a[0]) * (a[3] - a[1]) + (b[2] - b[0]) * (b[3] - b[1]) - common)
 
 
-def _save(path: Path, frame: ImageBgr, found: Sequence[RawDetection], score: float, labels: list[Edges]) -> None:
+def _save(
+    path: Path, frame: ImageBgr, found: Sequence[RawDetection], score: float, labels: list[Edges]
+) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     picture = frame.copy()
     for label in labels:

@@ -51,7 +51,9 @@ def judge_rendered(detector: Detector, count: int, score: float, rng: Rng, draw:
                 errors.append(hit.range_m / range_m - 1.0)
         others = [d for d in objects if all(abs(d.bearing_rad - b.bearing_rad) > SAME_RAD for b in boxes)]
         false += len(others)
-        if draw is not None and (others or (hit is None and truth is not None and truth.visible >= VISIBLE_MIN)):
+        if draw is not None and (
+            others or (hit is None and truth is not None and truth.visible >= VISIBLE_MIN)
+        ):
             _save(draw / f"rendered_{index}.png", picture, objects)
     far = [hit for range_m, hit in ranges if range_m > 3.0]
     return [
@@ -89,7 +91,7 @@ def judge_tracked(detector: Detector, count: int, score: float, rng: Rng) -> lis
             errors.append(track.range_m / true_m - 1.0)
     return [
         Figure("rendered: range error p95, tracked", _p95(errors), high=0.02,
-               note=f"{count} approaches, {len(errors)} ticks, median {_median(errors):+.4f}, {lost} ticks without a track")
+               note=f"{count} approaches, {len(errors)} ticks, median {_median(errors):+.4f}, {lost} without a track")
     ]  # fmt: skip
 
 
@@ -101,7 +103,8 @@ def judge_clipped(detector: Detector, count: int, score: float, rng: Rng) -> lis
         picture = renderer.draw(pose, 0.1 * index, rng)
         hit = next(iter(_objects(detector, picture, score)), None)
         truth = project_edges(range_m, bearing_rad)
-        is_cut = truth[1] < 0.0 or truth[3] > CONFIG.camera.height_px or truth[0] < 0.0 or truth[2] > CONFIG.camera.width_px
+        camera = CONFIG.camera
+        is_cut = min(truth[:2]) < 0.0 or truth[3] > camera.height_px or truth[2] > camera.width_px
         found += hit is not None
         if hit is None:
             continue
@@ -135,19 +138,24 @@ def _scene(
     rng: Rng, low_m: float, high_m: float, spread_rad: float = BEARING_MAX_RAD, clutter: bool = True
 ) -> tuple[Renderer, Pose2D, float, float]:
     """An arena with its pin at the origin, and base_link's pose that sees it at a range and a bearing."""
-    arena = any_arena(rng, clutter=clutter) if clutter else Arena("pin", Bounds(-5, -5, 5, 5), Pose2D(-2, 0, 0), PlacedObject(PIN, 0.0, 0.0))
+    alone = Arena("pin", Bounds(-5, -5, 5, 5), Pose2D(-2, 0, 0), PlacedObject(PIN, 0.0, 0.0))
+    arena = any_arena(rng) if clutter else alone
     range_m, bearing_rad = float(rng.uniform(low_m, high_m)), float(rng.uniform(-spread_rad, spread_rad))
     from_rad = float(rng.uniform(-math.pi, math.pi))
-    yaw = from_rad - bearing_rad
+    yaw_rad = from_rad - bearing_rad
     camera = CONFIG.camera
     pose = Pose2D(
-        -range_m * math.cos(from_rad) - camera.x_m * math.cos(yaw), -range_m * math.sin(from_rad) - camera.x_m * math.sin(yaw), yaw
+        -range_m * math.cos(from_rad) - camera.x_m * math.cos(yaw_rad),
+        -range_m * math.sin(from_rad) - camera.x_m * math.sin(yaw_rad),
+        yaw_rad,
     )
     return Renderer(arena, CONFIG, look=Look.of(int(rng.integers(0, 1_000_000)))), pose, range_m, bearing_rad
 
 
 def _ahead(pose: Pose2D, way_m: float) -> Pose2D:
-    return Pose2D(pose.x_m + way_m * math.cos(pose.yaw_rad), pose.y_m + way_m * math.sin(pose.yaw_rad), pose.yaw_rad)
+    return Pose2D(
+        pose.x_m + way_m * math.cos(pose.yaw_rad), pose.y_m + way_m * math.sin(pose.yaw_rad), pose.yaw_rad
+    )
 
 
 def _objects(detector: Detector, picture: ImageBgr, score: float) -> list[Detection]:
@@ -170,6 +178,7 @@ def _save(path: Path, picture: ImageBgr, objects: list[Detection]) -> None:
     drawn = picture.copy()
     for d in objects:
         corner = (int(d.u_px - 0.5 * d.width_px), int(d.v_px - 0.5 * d.height_px))
-        cv2.rectangle(drawn, corner, (int(d.u_px + 0.5 * d.width_px), int(d.v_px + 0.5 * d.height_px)), (0, 255, 255), 1)
+        other = (int(d.u_px + 0.5 * d.width_px), int(d.v_px + 0.5 * d.height_px))
+        cv2.rectangle(drawn, corner, other, (0, 255, 255), 1)
         cv2.putText(drawn, f"{d.score:.2f}", corner, cv2.FONT_HERSHEY_PLAIN, 0.8, (0, 255, 255), 1)
     cv2.imwrite(str(path), drawn)

@@ -27,7 +27,15 @@ def export(checkpoint: Path, out: Path, logit_shift: float = 0.0) -> None:
             head.score.bias += logit_shift  # type: ignore[union-attr, operator]
     names = [f"stride{stride}" for stride in STRIDES]
     sample = torch.full((1, 3, HEIGHT, WIDTH), 0.5)
-    torch.onnx.export(net, (sample,), str(out), opset_version=OPSET, dynamo=False, input_names=["images"], output_names=names)
+    torch.onnx.export(
+        net,
+        (sample,),
+        str(out),
+        opset_version=OPSET,
+        dynamo=False,
+        input_names=["images"],
+        output_names=names,
+    )
     model = onnx.load(str(out))
     _drop_identities(model)
     model.doc_string = "one class, bowling_pin; heads (logit, l, t, r, b) in strides; see docs/model.md"
@@ -61,7 +69,8 @@ def _compare(net: PinNet, sample: torch.Tensor, out: Path) -> None:
         difference = float(np.abs(head.numpy() - other).max())
         if difference > 1e-2:
             raise SystemExit(f"{out} differs from the checkpoint by {difference:g}")
-    print(f"{out}: {out.stat().st_size / 1e6:.2f} MB, {sum(p.numel() for p in net.parameters())} parameters, opset {OPSET}")
+    count = sum(p.numel() for p in net.parameters())
+    print(f"{out}: {out.stat().st_size / 1e6:.2f} MB, {count} parameters, opset {OPSET}")
 
 
 if __name__ == "__main__":

@@ -25,8 +25,11 @@ def a_figure(rng: Rng) -> Sprite:
     bgra = np.dstack([colour * (mask[:, :, None] / 255.0), mask]).astype(np.float32)
     levels = [np.rint(bgra).astype(np.uint8)]
     while min(levels[-1].shape[:2]) > 6:
-        levels.append(cv2.resize(levels[-1], (levels[-1].shape[1] // 2, levels[-1].shape[0] // 2), interpolation=cv2.INTER_AREA))
-    return Sprite(tuple(levels), (0.5 * width, float(CANVAS)), float(CANVAS), np.zeros((0, 2), np.float32), False)
+        rows, columns = levels[-1].shape[:2]
+        levels.append(cv2.resize(levels[-1], (columns // 2, rows // 2), interpolation=cv2.INTER_AREA))
+    return Sprite(
+        tuple(levels), (0.5 * width, float(CANVAS)), float(CANVAS), np.zeros((0, 2), np.float32), False
+    )
 
 
 def _any(rng: Rng) -> list[float]:
@@ -44,13 +47,17 @@ def _person(rng: Rng, colour: NDArray[np.float32], mask: NDArray[np.uint8]) -> N
     shoulder, hip = 2 * head + int(rng.integers(0, 8)), int(rng.uniform(0.5, 0.65) * CANVAS)
     half = int(min(rng.uniform(0.9, 2.0) * head, 0.48 * width))
     waist = int(half * rng.uniform(0.6, 1.0))
-    body = np.int32([(u - half, shoulder + 6), (u - half // 2, shoulder), (u + half // 2, shoulder), (u + half, shoulder + 6),
-                     (u + waist, hip), (u - waist, hip)])  # fmt: skip
+    body = np.int32([(u - half, shoulder + 6), (u - half // 2, shoulder), (u + half // 2, shoulder),
+                     (u + half, shoulder + 6), (u + waist, hip), (u - waist, hip)])  # fmt: skip
     for target, skin, shirt, legs in ((colour, _any(rng), _any(rng), _any(rng)), (mask, 255, 255, 255)):
         for side in (-1, 1):
-            cv2.line(target, (u + side * waist // 2, hip), (u + side * half // 2, CANVAS), legs, max(waist // 2, 2))
+            cv2.line(
+                target, (u + side * waist // 2, hip), (u + side * half // 2, CANVAS), legs, max(waist // 2, 2)
+            )
             if rng.random() < 0.8:
-                cv2.line(target, (u + side * half, shoulder + 6), (u + side * half, hip), shirt, max(half // 3, 2))
+                cv2.line(
+                    target, (u + side * half, shoulder + 6), (u + side * half, hip), shirt, max(half // 3, 2)
+                )
         cv2.fillPoly(target, [body], shirt)
         cv2.ellipse(target, (u, head), (int(head * 0.8), head), 0, 0, 360, skin, -1)
 
@@ -82,7 +89,8 @@ def _sign(rng: Rng, colour: NDArray[np.float32], mask: NDArray[np.uint8]) -> Non
                 middle = corners.mean(axis=0)
                 cv2.fillPoly(target, [np.int32(middle + share * (corners - middle))], c)
             else:
-                cv2.rectangle(target, (u - int(r * share), r - int(r * share)), (u + int(r * share), r + int(r * share)), c, -1)
+                reach = int(r * share)
+                cv2.rectangle(target, (u - reach, r - reach), (u + reach, r + reach), c, -1)
 
 
 def _blob(rng: Rng, colour: NDArray[np.float32], mask: NDArray[np.uint8]) -> None:
@@ -91,7 +99,9 @@ def _blob(rng: Rng, colour: NDArray[np.float32], mask: NDArray[np.uint8]) -> Non
     angles = np.linspace(0, 2 * math.pi, 24, endpoint=False)
     reach = 1.0 + sum(rng.normal(0, 0.25 / k) * np.cos(k * angles + rng.uniform(0, 6.3)) for k in range(1, 6))
     reach = np.clip(reach / reach.max(), 0.1, 1)
-    points = np.stack([0.5 * width * (1 + reach * np.cos(angles)), 0.5 * CANVAS * (1 + reach * np.sin(angles))], 1)
+    points = np.stack(
+        [0.5 * width * (1 + reach * np.cos(angles)), 0.5 * CANVAS * (1 + reach * np.sin(angles))], 1
+    )
     cv2.fillPoly(mask, [np.int32(points)], 255, cv2.LINE_AA)
     colour[:] = _any(rng)
     if rng.random() < 0.5:

@@ -29,5 +29,7 @@ class Figure:
         if self.limited:
             low = f">= {self.low:g}" if self.low != float("-inf") else ""
             high = f"<= {self.high:g}" if self.high != float("inf") else ""
-            limit = f"{' and '.join(part for part in (low, high) if part)}: {'holds' if self.holds else 'MISSED'}"
+            limit = (
+                f"{' and '.join(part for part in (low, high) if part)}: {'holds' if self.holds else 'MISSED'}"
+            )
         return f"{self.name:<46} {self.value:9.4f} {self.unit:<4} {limit:<28} {self.note}".rstrip()

@@ -1,7 +1,7 @@
 """What training makes small: scores away from the overlap they stand for, edges away from the pin's.
 
-Quality focal loss (Li and others, *Generalized focal loss*, 2020): a cell's score learns the overlap its box reaches, so
-that non-maximum suppression keeps the best box. A term of its own for the height, for that is what the range is made of.
+Quality focal loss (Li and others, *Generalized focal loss*, 2020): a cell's score learns the overlap its box reaches,
+so that non-maximum suppression keeps the best box. The height has a term of its own: the range is made of it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,9 @@ def detection_loss(outputs: list[Tensor], targets: Tensor) -> tuple[Tensor, dict
     edge_loss = (1.0 - giou).sum() / count
     height = (edges[:, 1] + edges[:, 3]).clamp(min=0.05) / (wanted[:, 1] + wanted[:, 3]).clamp(min=0.05)
     log_ratio = torch.log(height).abs()
-    height_loss = torch.where(log_ratio < SMOOTH, 0.5 * log_ratio**2 / SMOOTH, log_ratio - 0.5 * SMOOTH).sum() / count
+    height_loss = (
+        torch.where(log_ratio < SMOOTH, 0.5 * log_ratio**2 / SMOOTH, log_ratio - 0.5 * SMOOTH).sum() / count
+    )
     total = score_loss + EDGE_WEIGHT * edge_loss + HEIGHT_WEIGHT * height_loss
     parts = {"score": score_loss.item(), "edges": edge_loss.item(), "height": height_loss.item()}
     return total, parts

@@ -34,7 +34,7 @@ RACK_PITCH = 1.1
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """`boxes` (N, 4) left, top, right, bottom in pixels, beyond the borders where the pin goes on; `ignored` the same."""
+    """`boxes` (N, 4): left, top, right, bottom in pixels, beyond the borders where the pin goes on; so `ignored`."""
 
     image_bgr: ImageBgr
     boxes: NDArray[np.float32]
@@ -111,7 +111,9 @@ class _Painter:
         if cx1 > cx0 and cy1 > cy0:
             # warpAffine counts from the middle of the first pixel
             matrix = np.column_stack([turn, shift - (cx0, cy0) + turn @ (0.5, 0.5) - 0.5])
-            warped = cv2.warpAffine(patch, matrix, (cx1 - cx0, cy1 - cy0), flags=cv2.INTER_LINEAR).astype(np.float32)
+            warped = cv2.warpAffine(patch, matrix, (cx1 - cx0, cy1 - cy0), flags=cv2.INTER_LINEAR).astype(
+                np.float32
+            )
             alpha = warped[:, :, 3:] / 255.0
             if reflection:
                 fade = np.clip(1.0 - (np.arange(cy0, cy1) - thing.foot_v) / (0.9 * thing.height_px), 0.0, 1.0)
@@ -226,7 +228,9 @@ def _on_ground(sprite: Sprite, rng: Rng, ground: _Ground) -> _Placed:
     u = float(rng.uniform(-0.05, 1.05)) * WIDTH
     size = 1.0 if sprite.is_pin else float(np.exp(rng.normal(0.0, 0.5)))
     v = min(ground.foot_v(depth), HEIGHT + 0.7 * scale)
-    return _Placed(sprite, u, v, scale * size, float(rng.normal(0, 0.025)), bool(rng.random() < 0.5), gain=_gain(rng))
+    return _Placed(
+        sprite, u, v, scale * size, float(rng.normal(0, 0.025)), bool(rng.random() < 0.5), gain=_gain(rng)
+    )
 
 
 def _anywhere(sprite: Sprite, rng: Rng) -> _Placed:
@@ -236,7 +240,9 @@ def _anywhere(sprite: Sprite, rng: Rng) -> _Placed:
         v = float(rng.uniform(0.5 * HEIGHT + 0.3 * height, 0.5 * HEIGHT + 0.75 * height))
     else:
         v = float(rng.uniform(0.35 * height, HEIGHT + 0.6 * height))
-    return _Placed(sprite, u, v, height, float(rng.normal(0, 0.04)), bool(rng.random() < 0.5), gain=_gain(rng))
+    return _Placed(
+        sprite, u, v, height, float(rng.normal(0, 0.04)), bool(rng.random() < 0.5), gain=_gain(rng)
+    )
 
 
 def _rack(bank: Bank, rng: Rng) -> list[_Placed]:

@@ -36,7 +36,8 @@ ODD_PROFILES = {
     "goblet": [(0, 0.7), (0.04, 0.6), (0.08, 0.14), (0.45, 0.14), (0.6, 0.7), (0.8, 1.0), (1, 0.9)],
     "pawn": [(0, 1), (0.08, 1), (0.15, 0.75), (0.3, 0.45), (0.55, 0.32), (0.6, 0.55), (0.64, 0.55), (0.66, 0.36),
              (0.76, 0.58), (0.86, 0.62), (0.95, 0.42), (1, 0)],
-    "hydrant": [(0, 1), (0.08, 1), (0.1, 0.7), (0.7, 0.7), (0.72, 0.9), (0.76, 0.9), (0.8, 0.65), (0.95, 0.4), (1, 0.1)],
+    "hydrant": [(0, 1), (0.08, 1), (0.1, 0.7), (0.7, 0.7), (0.72, 0.9), (0.76, 0.9), (0.8, 0.65), (0.95, 0.4),
+                (1, 0.1)],
     "bollard": [(0, 1), (0.9, 1), (0.97, 0.8), (1, 0.3)],
     "pear": [(0, 0.5), (0.1, 0.85), (0.3, 1.0), (0.6, 0.75), (0.9, 0.5), (1, 0)],
     "bulb": [(0, 0.42), (0.25, 0.42), (0.4, 0.6), (0.7, 1.0), (0.9, 0.8), (1, 0)],
@@ -64,7 +65,7 @@ def a_pin(rng: Rng, height_px: int = 224) -> Sprite:
 
 
 def an_odd_thing(rng: Rng, height_px: int = 160) -> Sprite:
-    """Bottles, cones, candles, pawns, pins on their head, turned things of no name; red and white more often than not."""
+    """Bottles, cones, candles, pawns, pins on their head, turned things of no name; many are red and white."""
     names = [*ODD_PROFILES, "bottle", "cup", "vase", "ball", "cone"]
     name = names[int(rng.integers(len(names)))]
     if rng.random() < 0.2:
@@ -76,7 +77,9 @@ def an_odd_thing(rng: Rng, height_px: int = 160) -> Sprite:
         widths = np.interp(SHARES, *PROFILES[name])
     widths = np.maximum(widths * (1.0 + 0.05 * _wobble(rng)), 0.0)
     low, high = ODD_WIDTHS.get(name, (0.22, 0.5))
-    body = revolved_from(SHARES, widths / widths.max(), _odd_colours(rng), 1.0, 0.5 * float(rng.uniform(low, high)))
+    body = revolved_from(
+        SHARES, widths / widths.max(), _odd_colours(rng), 1.0, 0.5 * float(rng.uniform(low, high))
+    )
     grain = _grain(rng, 0.25) if rng.random() < 0.5 else None
     return draw_sprite(body, _pitch(rng), _distance(rng), _light(rng), height_px, False, grain)
 
@@ -86,7 +89,9 @@ def _any_profile(rng: Rng) -> FloatArray:
     while True:
         knots = int(rng.integers(4, 9))
         widths = np.interp(SHARES, np.linspace(0, 1, knots), rng.uniform(0.15, 1.0, knots))
-        widths = np.convolve(np.pad(widths, 16, mode="edge"), np.hanning(33) / np.hanning(33).sum(), mode="valid")
+        widths = np.convolve(
+            np.pad(widths, 16, mode="edge"), np.hanning(33) / np.hanning(33).sum(), mode="valid"
+        )
         widths /= widths.max()
         if min(float(np.abs(widths - pin).mean()) for pin in (TEN_PIN, DUCK_PIN)) > 0.16:
             return widths
@@ -94,14 +99,19 @@ def _any_profile(rng: Rng) -> FloatArray:
 
 def _pin_colours(rng: Rng) -> FloatArray:
     value = rng.uniform(205, 252)
-    tint = rng.normal(0.0, 4.0, 3) + (np.array([-14.0, -3.0, 4.0]) * rng.random() if rng.random() < 0.5 else 0.0)
+    tint = rng.normal(0.0, 4.0, 3) + (
+        np.array([-14.0, -3.0, 4.0]) * rng.random() if rng.random() < 0.5 else 0.0
+    )
     colours = np.tile(np.clip(value + tint, 120, 255), (SHARES.size, 1))
     kind = rng.random()
     if kind < 0.08:
         return colours
     stripe = _stripe_colour(rng)
     if kind < 0.45:
-        bands = [(rng.uniform(0.63, 0.70), rng.uniform(0.03, 0.06)), (rng.uniform(0.72, 0.78), rng.uniform(0.03, 0.06))]
+        bands = [
+            (rng.uniform(0.63, 0.70), rng.uniform(0.03, 0.06)),
+            (rng.uniform(0.72, 0.78), rng.uniform(0.03, 0.06)),
+        ]
     elif kind < 0.85:
         bands = [(rng.uniform(0.63, 0.76), rng.uniform(0.05, 0.12))]
     else:
@@ -109,7 +119,7 @@ def _pin_colours(rng: Rng) -> FloatArray:
     for center, thickness in bands:
         colours[np.abs(SHARES - center) <= 0.5 * thickness] = stripe
     if rng.random() < 0.2:
-        colours[SHARES < rng.uniform(0.01, 0.06)] *= rng.uniform(0.3, 0.9)
+        colours[rng.uniform(0.01, 0.06) > SHARES] *= rng.uniform(0.3, 0.9)
     if rng.random() < 0.12:
         center, thickness = rng.uniform(0.25, 0.5), rng.uniform(0.02, 0.1)
         colours[np.abs(SHARES - center) <= 0.5 * thickness] = _stripe_colour(rng)

@@ -9,7 +9,16 @@ import cv2
 import numpy as np
 
 from deploy.model.degrade import degrade
-from deploy.model.scenes import HEIGHT, HEIGHT_MIN_PX, IN_PICTURE_MIN, VISIBLE_MIN, WIDTH, ImageBgr, Rng, Scene
+from deploy.model.scenes import (
+    HEIGHT,
+    HEIGHT_MIN_PX,
+    IN_PICTURE_MIN,
+    VISIBLE_MIN,
+    WIDTH,
+    ImageBgr,
+    Rng,
+    Scene,
+)
 from target_nav.config import Config
 from target_nav.sim.arena import Arena, Bounds, BoxObstacle, CircleObstacle, PlacedObject, WallObstacle
 from target_nav.sim.render import Renderer
@@ -57,7 +66,9 @@ def any_arena(rng: Rng, clutter: bool = True, pins: int = 1) -> Arena:
     if clutter:
         for _ in range(int(rng.integers(0, 6))):
             size = rng.uniform(0.15, 0.5, 2)
-            obstacles.append(BoxObstacle(*_clear(place, 0.7), float(size[0]), float(size[1]), float(rng.uniform(0, 3))))
+            obstacles.append(
+                BoxObstacle(*_clear(place, 0.7), float(size[0]), float(size[1]), float(rng.uniform(0, 3)))
+            )
         for _ in range(int(rng.integers(0, 4))):
             obstacles.append(CircleObstacle(*_clear(place, 0.6), float(rng.uniform(0.06, 0.25))))
         for _ in range(int(rng.integers(1, 10))):
@@ -78,7 +89,9 @@ def make_frames(rng: Rng, count: int) -> FrameBank:
     """`count` pictures at WIDTH x HEIGHT: several from each arena, of several cameras' heights and focal lengths."""
     scenes: list[Scene] = []
     while len(scenes) < count:
-        arena = any_arena(rng, clutter=rng.random() < 0.9, pins=int(rng.choice([0, 1, 2, 4], p=[0.15, 0.35, 0.3, 0.2])))
+        arena = any_arena(
+            rng, clutter=rng.random() < 0.9, pins=int(rng.choice([0, 1, 2, 4], p=[0.15, 0.35, 0.3, 0.2]))
+        )
         config = Config().override(
             {"camera.z_m": float(rng.uniform(0.08, 0.35)), "camera.focal_px": float(rng.uniform(420, 720)),
              "camera.noise_scale": float(rng.uniform(0.0, 2.0))}
@@ -101,6 +114,10 @@ def _labels(renderer: Renderer, pose: Pose2D) -> tuple[np.ndarray, np.ndarray]:
         if box.class_name != PIN:
             continue
         edges = (0.5 * box.left_px, 0.5 * box.top_px, 0.5 * box.right_px, 0.5 * box.bottom_px)
-        good = box.visible >= VISIBLE_MIN and box.in_picture >= IN_PICTURE_MIN and edges[3] - edges[1] >= HEIGHT_MIN_PX
+        good = (
+            box.visible >= VISIBLE_MIN
+            and box.in_picture >= IN_PICTURE_MIN
+            and edges[3] - edges[1] >= HEIGHT_MIN_PX
+        )
         (boxes if good else ignored).append(edges)
     return np.array(boxes, np.float32).reshape(-1, 4), np.array(ignored, np.float32).reshape(-1, 4)

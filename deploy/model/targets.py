@@ -25,7 +25,9 @@ def centers() -> Float32Array:
     rows = []
     for stride in STRIDES:
         y, x = np.mgrid[0 : HEIGHT // stride, 0 : WIDTH // stride]
-        rows.append(np.stack([(x + 0.5) * stride, (y + 0.5) * stride, np.full(x.shape, stride)], -1).reshape(-1, 3))
+        rows.append(
+            np.stack([(x + 0.5) * stride, (y + 0.5) * stride, np.full(x.shape, stride)], -1).reshape(-1, 3)
+        )
     return np.concatenate(rows).astype(np.float32)
 
 
@@ -35,7 +37,10 @@ _HIGH = np.concatenate([np.full(HEIGHT * WIDTH // s**2, SIZES[i][1]) for i, s in
 
 
 def assign(boxes: Float32Array, ignored: Float32Array) -> Float32Array:
-    """(cells, 6) for boxes in pixels of the network's input: state (1 pin, 0 none, -1 do not care), l, t, r, b in strides, size."""
+    """(cells, 6) for boxes in pixels of the network's input: state, l, t, r, b in strides, size.
+
+    The state is 1 for a pin, 0 for none, -1 where it does not matter.
+    """
     out = np.zeros((len(CENTERS), 6), np.float32)
     x, y, stride = CENTERS.T
     for box in ignored:

@@ -49,7 +49,10 @@ class DrawnPictures(IterableDataset[Sample]):
             shift = np.array([0, FRAME_TOP, 0, FRAME_TOP], np.float32)
             padded = np.full((HEIGHT, WIDTH, 3), PAD_GREY, np.uint8)
             padded[FRAME_TOP : FRAME_TOP + scene.image_bgr.shape[0]] = scene.image_bgr[:, :, ::-1]
-            yield np.ascontiguousarray(padded.transpose(2, 0, 1)), assign(scene.boxes + shift, scene.ignored + shift)
+            yield (
+                np.ascontiguousarray(padded.transpose(2, 0, 1)),
+                assign(scene.boxes + shift, scene.ignored + shift),
+            )
 
 
 def main() -> None:
@@ -60,11 +63,15 @@ def main() -> None:
     parser.add_argument("--batch", type=int, default=32)
     parser.add_argument("--rate", type=float, default=3e-3)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--processes", type=int, default=2, help="that share each step's pictures, one thread each")
+    parser.add_argument(
+        "--processes", type=int, default=2, help="that share each step's pictures, one thread each"
+    )
     parser.add_argument("--bank", type=int, nargs=4, default=(1800, 1500, 1500, 1500),
                         metavar=("PINS", "ODD", "BACKGROUNDS", "FRAMES"))  # fmt: skip
     parser.add_argument("--parts", type=Path, help="file that keeps the parts for the next run")
-    parser.add_argument("--frame-share", type=float, default=0.3, help="of pictures from the simulator's renderer")
+    parser.add_argument(
+        "--frame-share", type=float, default=0.3, help="of pictures from the simulator's renderer"
+    )
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     cv2.setNumThreads(1)
@@ -74,12 +81,15 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         # Forked, so that all share the parts in memory.
         torch.multiprocessing.start_processes(
-            _work, (arguments, bank, frames, f"file://{folder}/meet"), arguments.processes, start_method="fork"
+            _work,
+            (arguments, bank, frames, f"file://{folder}/meet"),
+            arguments.processes,
+            start_method="fork",
         )
 
 
 def _work(rank: int, arguments: argparse.Namespace, bank: Bank, frames: FrameBank | None, meet: str) -> None:
-    """One of several processes. Waiting for each other once a step costs less on a busy machine than once an operation."""
+    """One of several processes: on a busy machine, waiting once a step is cheaper than once an operation."""
     torch.set_num_threads(1)
     torch.manual_seed(arguments.seed)
     dist.init_process_group("gloo", init_method=meet, rank=rank, world_size=arguments.processes)
@@ -122,7 +132,11 @@ def _train(loader: DataLoader[Sample], arguments: argparse.Namespace, rank: int)
         share = _agreed((time.monotonic() - begin_s) / limit_s)
         if share >= 1.0:
             break
-        rate = arguments.rate * min(1.0, (step + 1) / 100) * (0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * share)))
+        rate = (
+            arguments.rate
+            * min(1.0, (step + 1) / 100)
+            * (0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * share)))
+        )
         for group in optimiser.param_groups:
             group["lr"] = rate
         x = images.to(memory_format=torch.channels_last).float() / 255.0

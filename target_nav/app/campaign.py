@@ -24,14 +24,17 @@ class RunOrder:
     arena: str
     seed: int
     mission: str
+    pixels: bool = False
 
 
-def orders(arenas: Sequence[str], seeds: int, first_seed: int, mission: Path) -> list[RunOrder]:
-    return [RunOrder(arena, first_seed + k, str(mission)) for arena in arenas for k in range(seeds)]
+def orders(
+    arenas: Sequence[str], seeds: int, first_seed: int, mission: Path, pixels: bool = False
+) -> list[RunOrder]:
+    return [RunOrder(arena, first_seed + k, str(mission), pixels) for arena in arenas for k in range(seeds)]
 
 
 def execute(order: RunOrder) -> RunResult:
-    return run_virtual(load_arena(order.arena), Path(order.mission), order.seed)
+    return run_virtual(load_arena(order.arena), Path(order.mission), order.seed, pixels=order.pixels)
 
 
 def run_all(todo: Sequence[RunOrder], jobs: int) -> Iterator[RunResult]:

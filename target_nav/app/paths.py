@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from importlib.resources import files
 from pathlib import Path
 
+from target_nav.errors import DeviceError
+
 REFERENCE_MISSION = "bowling_pin"
+MODEL_FILE = "bowling_pin.onnx"
 
 
 def mission_path(name_or_path: str) -> Path:
@@ -14,3 +18,21 @@ def mission_path(name_or_path: str) -> Path:
     if path.suffix or path.exists():
         return path
     return Path(str(files("trees"))) / f"{name_or_path}.xml"
+
+
+def model_path() -> Path:
+    """The pin model: in the checkout, or where setup.py's data files go.
+
+    Raises:
+        DeviceError: it is in neither.
+    """
+    places = (
+        Path(__file__).resolve().parents[2] / "deploy" / "model" / MODEL_FILE,
+        Path(sys.prefix) / "share" / "target_nav" / "deploy" / "model" / MODEL_FILE,
+    )
+    for place in places:
+        if place.is_file():
+            return place
+    raise DeviceError(
+        f"no {MODEL_FILE} in {' or '.join(str(p.parent) for p in places)}; is the checkout whole?"
+    )

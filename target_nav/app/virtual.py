@@ -19,6 +19,7 @@ from target_nav.hardware import protocol
 from target_nav.mission import load_mission
 from target_nav.nav.odometry import OdometryIntegrator, OdometryScale
 from target_nav.sim.arena import Arena
+from target_nav.sim.pixels import Detect
 from target_nav.sim.simulation import Simulation
 from target_nav.state.snapshots import NavSnapshot
 from target_nav.state.types import (
@@ -123,20 +124,33 @@ def run_virtual(
     mission_path: Path,
     seed: int,
     recorder: Recorder | None = None,
+    pixels: bool = False,
 ) -> RunResult:
     """Tick the mission from GO to its outcome, or to the arena's time limit.
 
+    With `pixels` every camera frame is rendered and looked at by the trained network; otherwise boxes are projected,
+    with a detector's measured errors.
+
     Raises:
+        DeviceError: `pixels`, and the network cannot be loaded.
         MissionError: the mission cannot be loaded.
     """
     config = arena.config
     mission = load_mission(mission_path)
-    simulation = Simulation(arena, seed)
+    simulation = Simulation(arena, seed, detect=_network() if pixels else None)
     core = NavCore(config, mission.root, source := SimIo(simulation, config), source, recorder)
     try:
         return _drive(core, simulation, arena, mission_path, seed)
     finally:
         core.close()
+
+
+def _network() -> Detect:
+    # Only a run with pictures loads OpenCV.
+    from target_nav.app.paths import model_path
+    from target_nav.detectors.onnx_detector import OnnxDetector
+
+    return OnnxDetector(model_path()).detect
 
 
 def _drive(core: NavCore, simulation: Simulation, arena: Arena, mission_path: Path, seed: int) -> RunResult:

@@ -24,13 +24,17 @@ SCORE_MIN = 0.3
 class OnnxDetector:
     """One class; the network's file does not say which."""
 
-    def __init__(self, model: Path, class_name: str = bowling_pin.CLASS_NAME, score_min: float = SCORE_MIN) -> None:
+    def __init__(
+        self, model: Path, class_name: str = bowling_pin.CLASS_NAME, score_min: float = SCORE_MIN
+    ) -> None:
         """Raises:
         DeviceError: there is no such file, or it is not a network with heads as `docs/model.md` describes them.
         """
         cv2.setNumThreads(1)
         if not model.is_file():
-            raise DeviceError(f"model {model} is not there; name an ONNX file, or leave it to the one in deploy/model")
+            raise DeviceError(
+                f"model {model} is not there; name an ONNX file, or leave it to the one in deploy/model"
+            )
         self._class_name = class_name
         self._score_min = score_min
         try:
@@ -39,14 +43,18 @@ class OnnxDetector:
             heads = self._forward(np.full((1, 3, INPUT_HEIGHT, INPUT_WIDTH), 0.5, np.float32))
         except cv2.error as error:
             reason = str(error.err or error).splitlines()[0]
-            raise DeviceError(f"model {model} cannot be run by OpenCV {cv2.__version__}: {reason}; is the file whole?") from error
+            raise DeviceError(
+                f"model {model} cannot be run by OpenCV {cv2.__version__}: {reason}; is the file whole?"
+            ) from error
         try:
             for head in heads:
                 stride_of(head)
         except ValueError as error:
             raise DeviceError(f"model {model}: {error}; is it the network of deploy/model?") from error
         if not heads or not all(np.isfinite(head).all() for head in heads):
-            raise DeviceError(f"model {model} answers nonsense to a grey picture; it may be corrupt, fetch it again")
+            raise DeviceError(
+                f"model {model} answers nonsense to a grey picture; it may be corrupt, fetch it again"
+            )
 
     @property
     def class_names(self) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """The network's picture and its raw heads: letterbox before, boxes after. NumPy only but for the scaling.
 
-The same rules as the C++ detector's decoder, so both give the same boxes from the same heads. Anchor-free, as in Tian and
-others, *FCOS: Fully convolutional one-stage object detection*, ICCV 2019.
+The same rules as the C++ detector's decoder, so both give the same boxes from the same heads. Anchor-free, as in Tian
+and others, *FCOS: Fully convolutional one-stage object detection*, ICCV 2019.
 """
 
 from __future__ import annotations
@@ -73,11 +73,13 @@ def stride_of(head: Float32Array) -> int:
         ValueError: the array is no head of this network.
     """
     if head.ndim != 4 or head.shape[:2] != (1, HEAD_PLANES) or INPUT_HEIGHT % head.shape[2]:
-        raise ValueError(f"an output has the shape {head.shape}; a head has (1, {HEAD_PLANES}, rows, columns)")
+        raise ValueError(
+            f"an output has the shape {head.shape}; a head has (1, {HEAD_PLANES}, rows, columns)"
+        )
     stride = INPUT_HEIGHT // head.shape[2]
     if head.shape[3] * stride != INPUT_WIDTH:
         raise ValueError(
-            f"a head has {head.shape[2]} x {head.shape[3]} cells; {INPUT_HEIGHT} x {INPUT_WIDTH} pixels do not divide so"
+            f"a head has {head.shape[2]} x {head.shape[3]} cells; {INPUT_HEIGHT} x {INPUT_WIDTH} pixels have not"
         )
     return int(stride)
 
@@ -92,7 +94,7 @@ def decode_heads(
     """
     ordered = sorted(heads, key=stride_of)
     rows = np.concatenate([_cells(head) for head in ordered])
-    logit_min = -math.inf if score_min <= 0.0 else math.log(score_min / (1.0 - score_min)) if score_min < 1.0 else math.inf
+    logit_min = _logit(score_min)
     with np.errstate(invalid="ignore"):
         rows = rows[(rows[:, 0] >= logit_min) & np.isfinite(rows).all(axis=1)]
     rows = rows[np.argsort(-rows[:, 0], kind="stable")[:CANDIDATES_MAX]]
@@ -105,6 +107,12 @@ def decode_heads(
         ScoredBox(1.0 / (1.0 + math.exp(-float(logits[i]))), *(float(value) for value in edges[i]))
         for i in _suppress(edges)
     ]
+
+
+def _logit(score: float) -> float:
+    if score <= 0.0:
+        return -math.inf
+    return math.log(score / (1.0 - score)) if score < 1.0 else math.inf
 
 
 def _cells(head: Float32Array) -> FloatArray:

@@ -25,12 +25,14 @@ MIN_SIDE_PX = 2.0
 class PinPixelDetector:
     """A `Detector` for one class, `bowling_pin`."""
 
-    def __init__(self) -> None:
+    def __init__(self, label: str = bowling_pin.CLASS_NAME) -> None:
+        """`label` is the class name its boxes carry."""
         cv2.setNumThreads(1)
+        self._label = label
 
     @property
     def class_names(self) -> tuple[str, ...]:
-        return (bowling_pin.CLASS_NAME,)
+        return (self._label,)
 
     def detect(self, image_bgr: ImageBgr) -> tuple[RawDetection, ...]:
         """Pins in a picture, best score first; scores under `LOWEST_SCORE` are left out.
@@ -47,7 +49,7 @@ class PinPixelDetector:
             if box is not None and all(_overlap(box, other) <= OVERLAP_MAX for _, other in kept):
                 kept.append((fit, box))
         return tuple(
-            RawDetection(bowling_pin.CLASS_NAME, fit.score, box.u_px, box.v_px, box.width_px, box.height_px)
+            RawDetection(self._label, fit.score, box.u_px, box.v_px, box.width_px, box.height_px)
             for fit, box in kept
         )
 

@@ -47,7 +47,9 @@ EXPOSURE_NOISE = 0.004
 class Renderer:
     """Draws one arena. The noise of the sensor is drawn once and shifted at random from frame to frame."""
 
-    def __init__(self, arena: Arena, config: Config, mount_error_rad: float = 0.0, look: Look | None = None) -> None:
+    def __init__(
+        self, arena: Arena, config: Config, mount_error_rad: float = 0.0, look: Look | None = None
+    ) -> None:
         """`mount_error_rad` is how far the camera is turned to the left of where `config` says it is.
 
         `look` is how the room is painted and furnished; default: the plain one.
@@ -118,7 +120,9 @@ class Renderer:
     def _expose(self, stamp_s: float, rng: np.random.Generator) -> ImageBgr:
         drift = EXPOSURE_DRIFT * math.sin(2.0 * math.pi * stamp_s / EXPOSURE_PERIOD_S)
         gain = 1.0 + drift + EXPOSURE_NOISE * float(rng.standard_normal())
-        picture = cv2.GaussianBlur(self._canvas.image_bgr, (3, 3), self._look.blur_sigma_px)
+        picture: ImageBgr = np.asarray(
+            cv2.GaussianBlur(self._canvas.image_bgr, (3, 3), self._look.blur_sigma_px), np.uint8
+        )
         row, column = (int(shift) for shift in rng.integers(0, NOISE_MARGIN_PX + 1, 2))
         rows, columns = picture.shape[:2]
         noise = self._noise[row : row + rows, column : column + columns]

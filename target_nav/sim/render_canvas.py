@@ -68,7 +68,7 @@ class Canvas:
             camera.z_m,
         )
 
-    def row_of(self, height_m: float, depth_m: FloatArray) -> FloatArray:
+    def row_of(self, height_m: float | FloatArray, depth_m: FloatArray) -> FloatArray:
         """The picture's row (continuous) of a height over the floor at given depths."""
         camera = self._camera
         return 0.5 * camera.height_px - camera.focal_px * (height_m - camera.z_m) / depth_m
@@ -85,7 +85,12 @@ class Canvas:
         np.copyto(self.image_bgr[row0 : row0 + len(mask), columns], colours, where=mask[:, :, None])
 
     def paint_texture(
-        self, depth_m: FloatArray, top_m: float, along_px: FloatArray, texture_bgr: ImageBgr, pixels_per_m: float
+        self,
+        depth_m: FloatArray,
+        top_m: float,
+        along_px: FloatArray,
+        texture_bgr: ImageBgr,
+        pixels_per_m: float,
     ) -> None:
         """Upright surfaces from the floor to `top_m`, in all columns: depth (n,), inf where there is none.
 
@@ -111,7 +116,7 @@ class Canvas:
     def _span(
         self, first: int, depth_m: FloatArray, bottom_m: float, top_m: float
     ) -> tuple[int, int, int, slice, NDArray[np.bool_]] | None:
-        """Depth is stored. First and last hit, first row, columns of the picture, and which pixels are to be painted."""
+        """Stores the depth. First and last hit, first row, columns of the picture, which pixels are to be painted."""
         hit = np.flatnonzero(np.isfinite(depth_m))
         if hit.size == 0:
             return None

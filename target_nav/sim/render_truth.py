@@ -9,6 +9,7 @@ import numpy as np
 
 from target_nav.sim.render_canvas import NEAR_M, Canvas, View
 from target_nav.sim.render_revolved import Revolved, paint_revolved
+from target_nav.state.types import FloatArray
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,8 @@ def true_box(
     half_rad = math.asin(body.max_radius_m / range_m)
     heights_m = np.linspace(0.0, body.height_m, body.radii_m.size)
     # The nearest point of every ring is the one that lies farthest from the horizon.
-    rows = drawn.row_of(heights_m, np.asarray((range_m - body.radii_m) * math.cos(bearing_rad), np.float64))
+    nearest_m: FloatArray = np.asarray((range_m - body.radii_m) * math.cos(bearing_rad), np.float64)
+    rows = drawn.row_of(heights_m, nearest_m)
     scratch.depth_m.fill(np.inf)
     paint_revolved(body, x_m, y_m, view, scratch)
     mask = np.isfinite(scratch.depth_m)

@@ -33,6 +33,11 @@ from target_nav.sim.arena import list_arenas, load_arena
     "--jobs", default=os.cpu_count() or 1, show_default=True, type=click.IntRange(1), help="Processes."
 )
 @click.option("--json", "out", type=click.File("w"), help="One JSON line a run.")
+@click.option(
+    "--pixels",
+    is_flag=True,
+    help="Render every camera frame and let the trained network look for the target.",
+)
 @click.option("--traces", is_flag=True, help="With the true poses at 20 Hz in each line.")
 @click.pass_context
 def command(
@@ -44,6 +49,7 @@ def command(
     mission: str,
     jobs: int,
     out: TextIO | None,
+    pixels: bool,
     traces: bool,
 ) -> None:
     """Run a mission in virtual time in many arenas. Exit 0 when every run ended as its arena expects."""
@@ -54,7 +60,7 @@ def command(
     load_mission(path)
     for arena in named:
         load_arena(arena)
-    todo = orders(named, seeds, seed, path)
+    todo = orders(named, seeds, seed, path, pixels)
     results = []
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
@@ -70,8 +76,9 @@ def command(
         click.echo(
             f"{r.arena} seed {r.seed}: {r.outcome}, {r.reason or 'no reason'}{', COLLIDED' if r.collided else ''}"
         )
+        flag = " --pixels" if pixels else ""
         click.echo(
-            f"  target-nav run --sim {_argument(named, r.arena)} --virtual --seed {r.seed} --mission {mission}"
+            f"  target-nav run --sim {_argument(named, r.arena)} --virtual{flag} --seed {r.seed} --mission {mission}"
         )
     ctx.exit(1 if failed else 0)
 
