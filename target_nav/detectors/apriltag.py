@@ -13,11 +13,14 @@ import cv2
 import numpy as np
 
 from target_nav.detectors.detector import ImageBgr, check_picture
-from target_nav.errors import ConfigError
+from target_nav.errors import ConfigError, DeviceError
 from target_nav.state.types import FloatArray, RawDetection
 from target_nav.utils.distance import Box
 
 FAMILY_SIZE = 587
+NEAR_SQUARES = 0.02
+"""Of a square's side: squares nearer to each other than this are one. With 4.6's own 0.05 the edge of a tag's white
+margin swallows the tag."""
 SCORE = 0.95
 """A tag carries eleven bits against errors: what is read at all is right."""
 
@@ -34,18 +37,20 @@ class AprilTagFinder:
     """Corners of all tags in a picture, refined to a part of a pixel."""
 
     def __init__(self) -> None:
+        """Raises:
+        DeviceError: this OpenCV has no aruco (before 4.7 it is one of the contributed modules).
+        """
         cv2.setNumThreads(1)
+        if not hasattr(cv2, "aruco"):
+            raise DeviceError(f"OpenCV {cv2.__version__} has no aruco: take 4.7 or later, or one with contrib modules")
         # The functions of 4.6 are unknown to the types of later ones.
         aruco: Any = cv2.aruco
         self._dictionary = aruco.getPredefinedDictionary(aruco.DICT_APRILTAG_36h11)
-        if hasattr(aruco, "ArucoDetector"):
-            self._parameters = aruco.DetectorParameters()
-            self._parameters.cornerRefinementMethod = aruco.CORNER_REFINE_SUBPIX
-            self._detector: Any = aruco.ArucoDetector(self._dictionary, self._parameters)
-        else:
-            self._parameters = aruco.DetectorParameters_create()
-            self._parameters.cornerRefinementMethod = aruco.CORNER_REFINE_SUBPIX
-            self._detector = None
+        modern = hasattr(aruco, "ArucoDetector")
+        self._parameters = aruco.DetectorParameters() if modern else aruco.DetectorParameters_create()
+        self._parameters.cornerRefinementMethod = aruco.CORNER_REFINE_SUBPIX
+        self._parameters.minMarkerDistanceRate = NEAR_SQUARES
+        self._detector: Any = aruco.ArucoDetector(self._dictionary, self._parameters) if modern else None
 
     def find(self, image_bgr: ImageBgr) -> list[TagCorners]:
         """Raises:

@@ -22,6 +22,16 @@ FORGET = 0.98
 """A frame: what was seen fifty frames ago counts for a third."""
 MIN_ERROR_PX = 0.1
 KEEP_MAX = 60
+ROLL_RAD = 0.1
+_ROLL = np.array(
+    [
+        [math.cos(ROLL_RAD), -math.sin(ROLL_RAD), 0.0],
+        [math.sin(ROLL_RAD), math.cos(ROLL_RAD), 0.0],
+        [0.0, 0.0, 1.0],
+    ]
+)
+"""The picture is solved as if the camera were rolled by this much: with edges exactly upright, which a wall and a level
+camera give, OpenCV 4.6 divides by next to nothing and is off by tens of pixels."""
 
 
 @dataclass(frozen=True)
@@ -41,22 +51,18 @@ def tag_poses(tag: TagCorners, side_m: float, camera: CameraConfig) -> tuple[Tag
     """The one or two poses that fit the corners, the better fitting first."""
     h = 0.5 * side_m
     points = np.array([(-h, h, 0.0), (h, h, 0.0), (h, -h, 0.0), (-h, -h, 0.0)])
-    matrix = np.array(
-        [
-            [camera.focal_px, 0.0, 0.5 * camera.width_px],
-            [0.0, camera.focal_px, 0.5 * camera.height_px],
-            [0.0, 0.0, 1.0],
-        ]
-    )
+    middle = np.array([0.5 * camera.width_px, 0.5 * camera.height_px])
+    turned = (tag.corners_px - middle) @ _ROLL[:2, :2].T
+    matrix = np.diag([camera.focal_px, camera.focal_px, 1.0])
     result = cv2.solvePnPGeneric(
-        points, tag.corners_px.reshape(4, 1, 2), matrix, None, flags=cv2.SOLVEPNP_IPPE_SQUARE
+        points, turned.reshape(4, 1, 2), matrix, np.zeros(4), flags=cv2.SOLVEPNP_IPPE_SQUARE
     )
     # The number of solutions comes first in every generation, then rotations, translations, errors.
     _, rotations, translations, errors = result[:4]
     found = []
     for rotation, translation, error in zip(rotations, translations, np.asarray(errors).ravel()):
-        turn, _ = cv2.Rodrigues(rotation)
-        right, _, forward = (float(value) for value in np.asarray(translation).ravel())
+        turn = _ROLL.T @ cv2.Rodrigues(rotation)[0]
+        right, _, forward = (float(value) for value in _ROLL.T @ np.asarray(translation).ravel())
         # The outward normal is the tag's +z axis; the camera's x is right, its z forward.
         normal = turn[:, 2]
         found.append(TagPose(forward, -right, math.atan2(-float(normal[0]), float(normal[2])), float(error)))
