@@ -27,7 +27,13 @@ def marker(tag_id: int) -> np.ndarray:
 
 
 def picture_of_tag(
-    camera: CameraConfig, tag_id: int, side_m: float, x_m: float, y_m: float, facing_rad: float, z_m: float = 0.14
+    camera: CameraConfig,
+    tag_id: int,
+    side_m: float,
+    x_m: float,
+    y_m: float,
+    facing_rad: float,
+    z_m: float = 0.14,
 ) -> ImageBgr:
     """A tag whose middle is at (x, y, z) in the camera's frame on the ground, its face looking towards `facing_rad`."""
     half = 0.5 * side_m * CELLS / (CELLS - 2)
@@ -38,7 +44,10 @@ def picture_of_tag(
         x, y = np.array([x_m, y_m]) + across * half * right
         height = z_m + up * half - camera.z_m
         corners.append(
-            (0.5 * camera.width_px - camera.focal_px * y / x, 0.5 * camera.height_px - camera.focal_px * height / x)
+            (
+                0.5 * camera.width_px - camera.focal_px * y / x,
+                0.5 * camera.height_px - camera.focal_px * height / x,
+            )
         )
     size = CELLS * CELL_PX
     source = np.array([(0, 0), (size, 0), (size, size), (0, size)], np.float32)
@@ -48,5 +57,7 @@ def picture_of_tag(
     matrix = shift @ cv2.getPerspectiveTransform(source, goal) @ np.linalg.inv(shift)
     frame = (2 * camera.width_px, 2 * camera.height_px)
     large = cv2.warpPerspective(marker(tag_id), matrix, frame, flags=cv2.INTER_AREA, borderValue=150)
-    grey = cv2.GaussianBlur(cv2.resize(large, (camera.width_px, camera.height_px), interpolation=cv2.INTER_AREA), (3, 3), 0.6)
+    grey = cv2.GaussianBlur(
+        cv2.resize(large, (camera.width_px, camera.height_px), interpolation=cv2.INTER_AREA), (3, 3), 0.6
+    )
     return np.asarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR), np.uint8)

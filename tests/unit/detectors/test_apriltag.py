@@ -1,4 +1,4 @@
-"""AprilTags: the right one is found, its range and bearing are right, and of two poses the robot's heading tells one."""
+"""AprilTags: the right one is found, its range is right, and of two poses the heading tells the true one."""
 
 from __future__ import annotations
 

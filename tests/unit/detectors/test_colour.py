@@ -48,7 +48,9 @@ def test_shadow_and_glare_change_little(kind: str, light: float) -> None:
 
 
 @pytest.mark.parametrize("kind", ["share", "hsv"])
-@pytest.mark.parametrize("bgr", [(60, 60, 190), (190, 60, 60), (120, 120, 120), (240, 240, 240), (84, 152, 184)])
+@pytest.mark.parametrize(
+    "bgr", [(60, 60, 190), (190, 60, 60), (120, 120, 120), (240, 240, 240), (84, 152, 184)]
+)
 def test_other_colours_are_not_green(kind: str, bgr: tuple[int, int, int]) -> None:
     picture = grey_picture()
     put(picture, 200, 150, 60, 90, bgr)
@@ -56,7 +58,9 @@ def test_other_colours_are_not_green(kind: str, bgr: tuple[int, int, int]) -> No
 
 
 def test_a_rendered_orange_ball_is_found_by_hue_and_its_range_is_right() -> None:
-    arena = Arena("room", Bounds(-4.0, -4.0, 4.0, 4.0), Pose2D(-3.0, 0.0, 0.0), PlacedObject("ball", 0.0, 0.0))
+    arena = Arena(
+        "room", Bounds(-4.0, -4.0, 4.0, 4.0), Pose2D(-3.0, 0.0, 0.0), PlacedObject("ball", 0.0, 0.0)
+    )
     picture = Renderer(arena, CONFIG).draw(Pose2D(-1.5 - CAMERA.x_m, 0.0, 0.0), 0.0, np.random.default_rng(2))
     label = "hsv:orange"
     boxes = ColourDetector("orange", label, "hsv").detect(picture)

@@ -29,7 +29,9 @@ def test_a_seed_is_a_look_and_another_another() -> None:
 
 def test_no_seed_is_the_plain_room() -> None:
     assert Look.of(0) == Look()
-    assert np.array_equal(draw(Look()), Renderer(ROOM, CONFIG).draw(Pose2D(-1.0, 0.0, 0.4), 0.0, np.random.default_rng(1)))
+    assert np.array_equal(
+        draw(Look()), Renderer(ROOM, CONFIG).draw(Pose2D(-1.0, 0.0, 0.4), 0.0, np.random.default_rng(1))
+    )
 
 
 def test_all_floors_come_up_and_no_room_is_black_or_white() -> None:

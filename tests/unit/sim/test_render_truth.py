@@ -19,7 +19,9 @@ CAMERA = CONFIG.camera
 PIN = PlacedObject("bowling_pin", 0.0, 0.0)
 
 
-def boxes(range_m: float, bearing_rad: float = 0.0, obstacles: tuple[BoxObstacle, ...] = ()) -> tuple[TrueBox, ...]:
+def boxes(
+    range_m: float, bearing_rad: float = 0.0, obstacles: tuple[BoxObstacle, ...] = ()
+) -> tuple[TrueBox, ...]:
     arena = Arena("room", Bounds(-5.0, -5.0, 5.0, 5.0), Pose2D(-3.0, 0.0, 0.0), PIN, None, obstacles)
     yaw = -bearing_rad
     pose = Pose2D(-range_m - CAMERA.x_m * math.cos(yaw), -CAMERA.x_m * math.sin(yaw), yaw)
