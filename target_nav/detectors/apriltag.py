@@ -42,7 +42,9 @@ class AprilTagFinder:
         """
         cv2.setNumThreads(1)
         if not hasattr(cv2, "aruco"):
-            raise DeviceError(f"OpenCV {cv2.__version__} has no aruco: take 4.7 or later, or one with contrib modules")
+            raise DeviceError(
+                f"OpenCV {cv2.__version__} has no aruco: take 4.7 or later, or one with contrib modules"
+            )
         # The functions of 4.6 are unknown to the types of later ones.
         aruco: Any = cv2.aruco
         self._dictionary = aruco.getPredefinedDictionary(aruco.DICT_APRILTAG_36h11)

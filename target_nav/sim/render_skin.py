@@ -52,7 +52,9 @@ class Skin:
                 rng = np.random.default_rng([seed, k, side])
                 face = _face(rng, rows, columns, scale, colours_bgr[k], things_per_m)
                 if skirtings_m[k] > 0.0:
-                    face[rows - max(round(skirtings_m[k] * scale), 1) :] = np.array(colours_bgr[k]) * skirting_shade
+                    face[rows - max(round(skirtings_m[k] * scale), 1) :] = (
+                        np.array(colours_bgr[k]) * skirting_shade
+                    )
                 parts.append(np.clip(face * float(shades[k, side]), 0.0, 255.0).astype(np.uint8))
                 self.starts_px[k, side] = at
                 at += columns
@@ -62,7 +64,9 @@ class Skin:
 def _face(rng: Rng, rows: int, columns: int, scale: float, colour: Bgr, things_per_m: float) -> Picture:
     x_m = np.arange(columns) / scale
     face = np.tile(np.array(colour, np.float32), (rows, columns, 1))
-    face *= (1.0 - PATTERN_DEPTH * (np.mod(x_m, 2.0 * PATTERN_M) < PATTERN_M)).astype(np.float32)[None, :, None]
+    face *= (1.0 - PATTERN_DEPTH * (np.mod(x_m, 2.0 * PATTERN_M) < PATTERN_M)).astype(np.float32)[
+        None, :, None
+    ]
     coarse = rng.normal(0.0, GRAIN_SIGMA, (max(rows // 16, 2), max(columns // 16, 2))).astype(np.float32)
     face += cv2.resize(coarse, (columns, rows), interpolation=cv2.INTER_CUBIC)[:, :, None]
     for _ in range(int(rng.poisson(things_per_m * columns / scale))):

@@ -83,7 +83,9 @@ class FacetSet:
         position_m = np.where(np.isfinite(depth_m), share[nearest, columns], 0.0) * self._lengths_m[nearest]
         begin_px = self._skin.starts_px[nearest, away[nearest].astype(int)]
         scale = self._skin.pixels_per_m
-        canvas.paint_texture(depth_m, self._height_m, begin_px + position_m * scale, self._skin.image_bgr, scale)
+        canvas.paint_texture(
+            depth_m, self._height_m, begin_px + position_m * scale, self._skin.image_bgr, scale
+        )
 
 
 def _meet(start: FloatArray, along: FloatArray, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
