@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from behaviours.leaf import number
 from behaviours.motion import DISTANCE_M, REASON_PORT, SPEED_MPS, TIME_S, MotionLeaf
 from target_nav.nav.look_round import LookRound as LookRoundSkill
@@ -11,10 +13,11 @@ from target_nav.nav.turn_search import TurnSearch as TurnSearchSkill
 from target_nav.state.types import NavState
 
 
-class TurnSearch(MotionLeaf):
-    """Turns towards where the target was last seen, then all the way round. SUCCESS when a track is confirmed."""
+class TurningLeaf(MotionLeaf):
+    """Turns on the spot to see."""
 
     STATE = NavState.SEARCHING
+    SKILL: ClassVar[type[TurnSearchSkill] | type[LookRoundSkill]]
     INPUT_PORTS = {
         "time_limit_s": number("FAILURE after so long"),
         "yaw_rate_radps": number("turning speed"),
@@ -24,11 +27,17 @@ class TurnSearch(MotionLeaf):
 
     def make_skill(self) -> Skill:
         config = self.config()
-        return TurnSearchSkill(
+        return self.SKILL(
             config,
             time_limit_s=self.get_input("time_limit_s", config.search.time_limit_s),
             yaw_rate_radps=self.get_input("yaw_rate_radps", config.search.yaw_rate_radps),
         )
+
+
+class TurnSearch(TurningLeaf):
+    """Turns towards where the target was last seen, then all the way round. SUCCESS when a track is confirmed."""
+
+    SKILL = TurnSearchSkill
 
 
 class SpiralSearch(MotionLeaf):
@@ -60,21 +69,7 @@ class SpiralSearch(MotionLeaf):
         )
 
 
-class LookRound(MotionLeaf):
+class LookRound(TurningLeaf):
     """Turns once all the way round, then faces the nearest target that it saw. FAILURE if there was none."""
 
-    STATE = NavState.SEARCHING
-    INPUT_PORTS = {
-        "time_limit_s": number("FAILURE after so long"),
-        "yaw_rate_radps": number("turning speed"),
-    }
-    OUTPUT_PORTS = REASON_PORT
-    PORT_LIMITS = {"time_limit_s": TIME_S, "yaw_rate_radps": (0.05, 3.0)}
-
-    def make_skill(self) -> Skill:
-        config = self.config()
-        return LookRoundSkill(
-            config,
-            time_limit_s=self.get_input("time_limit_s", config.search.time_limit_s),
-            yaw_rate_radps=self.get_input("yaw_rate_radps", config.search.yaw_rate_radps),
-        )
+    SKILL = LookRoundSkill

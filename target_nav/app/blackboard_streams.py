@@ -22,7 +22,7 @@ from target_nav.app.ros_support import RosNode
 from target_nav.app.stream_names import BLACKBOARD
 from target_nav.app.stream_publisher import StreamPublisher
 from target_nav.app.stream_worker import StreamWorker
-from target_nav.mission.snapshot import SnapshotBuilder
+from target_nav.mission.snapshot_builder import SnapshotBuilder
 from target_nav.mission.tree_note import TreeNote
 from target_nav.mission.values_text import value_text
 
@@ -153,12 +153,7 @@ class BlackboardStreams:
         return response
 
     def _close(self, request: Any, response: Any) -> Any:
-        stream = self._streams.pop(request.topic_name, None)
-        response.result = stream is not None
-        if stream is not None:
-            self._worker.forget(stream)
-            stream.publisher.close()
-            log.info("closed blackboard stream %s", stream.topic)
+        response.result = self._worker.end(self._streams.pop(request.topic_name, None))
         return response
 
 

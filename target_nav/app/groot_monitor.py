@@ -37,7 +37,7 @@ from target_nav.app.groot_monitor_protocol import (
 )
 from target_nav.app.groot_monitor_tree import GrootTree, groot_tree
 from target_nav.errors import DeviceError
-from target_nav.mission.nodes.base import SKIPPED_MESSAGE
+from target_nav.mission.nodes.ticking import SKIPPED_MESSAGE
 from target_nav.mission.tree_note import TreeNote
 
 POLL_MS = 20
@@ -153,7 +153,8 @@ class GrootMonitor:
 
     def _tree_now(self) -> GrootTree:
         tree = self._tree
-        if tree is None:
+        # the tick's thread may replace the tree while this one draws it
+        while tree is None or self._root not in tree.uids:
             tree = self._tree = groot_tree(self._root, self._path)
         return tree
 

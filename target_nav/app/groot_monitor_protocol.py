@@ -21,7 +21,6 @@ from py_trees.common import Status
 from target_nav.errors import TargetNavError
 
 PROTOCOL = 2
-DEFAULT_PORT = 1667
 _REQUEST = struct.Struct("<BBI")
 _STATUS = struct.Struct("<HB")
 

@@ -9,15 +9,18 @@ from pathlib import Path
 from target_nav.errors import DeviceError
 
 REFERENCE_MISSION = "bowling_pin"
+SUFFIXES = (".xml", ".yaml", ".yml")
 MODEL_FILE = "bowling_pin.onnx"
 
 
 def mission_path(name_or_path: str) -> Path:
-    """A mission file by path, or by name out of `trees/`. Whether it exists is the loader's question."""
+    """A mission file by path, or by name out of `trees/` (XML before YAML). That it exists, the loader checks."""
     path = Path(name_or_path)
     if path.suffix or path.exists():
         return path
-    return Path(str(files("trees"))) / f"{name_or_path}.xml"
+    folder = Path(str(files("trees")))
+    named = [folder / f"{name_or_path}{suffix}" for suffix in SUFFIXES]
+    return next((each for each in named if each.is_file()), named[0])
 
 
 def model_path() -> Path:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from target_nav.app.nav_core import NavCore
 from target_nav.app.recording import decision_of, read_run
+from target_nav.app.run_statuses import mission_of
 from target_nav.config import Config
-from target_nav.errors import TargetNavError
 from target_nav.mission import load_mission
 from target_nav.state.snapshots import NavSnapshot
 from target_nav.state.types import Inputs
@@ -57,8 +57,7 @@ def replay(path: Path, mission: Path | None = None, most: int = 20) -> ReplayRep
     """
     header, ticks = read_run(path)
     config = Config().override(header.config, source=f"{path}: configuration")
-    with tempfile.TemporaryDirectory(prefix="target_nav_replay_") as folder:
-        mission_path = mission or _unpack(Path(folder), header.mission, header.files)
+    with nullcontext(mission) if mission is not None else mission_of(header) as mission_path:
         recorded = _Recorded()
         core = NavCore(config, load_mission(mission_path).root, recorded, recorded)
         try:
@@ -79,13 +78,3 @@ def _compare(
             if now[what] != then.get(what) and len(differences) < most:
                 differences.append(Difference(count, inputs.now_s, what, then.get(what), now[what]))
     return ReplayReport(count, tuple(differences))
-
-
-def _unpack(folder: Path, mission: str, files: dict[str, str]) -> Path:
-    for name, content in files.items():
-        path = (folder / name).resolve()
-        if not path.is_relative_to(folder.resolve()):
-            raise TargetNavError(f"the recording names a file outside of its folder: {name!r}")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(content, encoding="utf-8")
-    return folder / mission

@@ -8,7 +8,7 @@ from uuid import UUID
 from target_nav.app.ros_clock import RosClock
 from target_nav.app.ros_convert import stamp_to_msg
 from target_nav.app.tick_statistics import TickStatistics
-from target_nav.mission.snapshot import BehaviourSnapshot, TreeSnapshot
+from target_nav.mission.snapshot_types import BehaviourSnapshot, TreeSnapshot
 
 
 class SnapshotMessages:

@@ -28,7 +28,7 @@ from target_nav.app.stream_names import (
 from target_nav.app.stream_publisher import StreamPublisher
 from target_nav.app.stream_worker import StreamWorker
 from target_nav.app.tick_statistics import TickSeries
-from target_nav.mission.snapshot import SnapshotBuilder
+from target_nav.mission.snapshot_builder import SnapshotBuilder
 from target_nav.mission.tree_note import TreeNote
 
 log = logging.getLogger(__name__)
@@ -130,12 +130,7 @@ class SnapshotStreams:
         return response
 
     def _close(self, request: Any, response: Any) -> Any:
-        stream = self._streams.pop(request.topic_name, None)
-        response.result = stream is not None
-        if stream is not None:
-            self._worker.forget(stream)
-            stream.publisher.close()
-            log.info("closed snapshot stream %s", stream.topic)
+        response.result = self._worker.end(self._streams.pop(request.topic_name, None))
         return response
 
     def _reconfigure(self, request: Any, response: Any) -> Any:

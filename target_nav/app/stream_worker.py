@@ -11,11 +11,18 @@ from target_nav.app.logs import CountedWarnings
 log = logging.getLogger(__name__)
 
 
+class Closable(Protocol):
+    def close(self) -> None: ...
+
+
 class Stream(Protocol):
     """Something with work waiting. `flush` does all of it, in the worker's thread."""
 
     @property
     def topic(self) -> str: ...
+
+    @property
+    def publisher(self) -> Closable: ...
 
     def flush(self) -> None: ...
 
@@ -37,9 +44,15 @@ class StreamWorker:
             self._waiting.setdefault(stream.topic, stream)
             self._condition.notify()
 
-    def forget(self, stream: Stream) -> None:
+    def end(self, stream: Stream | None) -> bool:
+        """Its work is given up and its publisher closed; False for None, a stream that was not there."""
+        if stream is None:
+            return False
         with self._condition:
             self._waiting.pop(stream.topic, None)
+        stream.publisher.close()
+        log.info("closed stream %s", stream.topic)
+        return True
 
     def close(self, patience_s: float = 1.0) -> None:
         with self._condition:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import py_trees
 from py_trees.common import Status
 
+from target_nav.mission.tree_paths import paths_of
+
 
 @dataclass(frozen=True)
 class SlowestLeaf:
@@ -21,26 +23,14 @@ class TreeProbe:
 
     def __init__(self, root: py_trees.behaviour.Behaviour) -> None:
         self._root = root
-        self._nodes: list[py_trees.behaviour.Behaviour] = []
-        self._paths: list[str] = []
-        self._collect(root, "")
+        paths = paths_of(root)
+        self._nodes, self._paths = tuple(paths), tuple(paths.values())
         self._last_key: tuple[Status, ...] = ()
         self._last: dict[str, str] = {}
         self.slowest = SlowestLeaf("", 0.0)
         for node, path in zip(self._nodes, self._paths, strict=True):
             if not node.children:
                 self._time(node, path)
-
-    def _collect(self, node: py_trees.behaviour.Behaviour, prefix: str) -> None:
-        path = f"{prefix}/{node.name}"
-        taken = set(self._paths)
-        unique, n = path, 2
-        while unique in taken:
-            unique, n = f"{path}#{n}", n + 1
-        self._nodes.append(node)
-        self._paths.append(unique)
-        for child in node.children:
-            self._collect(child, unique)
 
     def _time(self, leaf: py_trees.behaviour.Behaviour, path: str) -> None:
         # measured here and not in the leaf, because leaves never read a clock

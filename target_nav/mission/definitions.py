@@ -15,10 +15,11 @@ from target_nav.mission.expand import (
 )
 from target_nav.mission.includes import Library
 from target_nav.mission.model import SUBTREE, Attribute, Form, NodeDef, NodeModel, TreeDef
+from target_nav.mission.port_types import type_name, unit_of
 from target_nav.mission.problems import Report, did_you_mean, listed
 from target_nav.mission.registry import NodeRegistry, NodeSpec
 from target_nav.mission.script import ScriptError, check_kinds, parse_script
-from target_nav.mission.values import BadValue, key_in, to_literal, type_name, unit_of
+from target_nav.mission.values import BadValue, key_in, to_literal
 
 
 class Definitions:

@@ -20,7 +20,7 @@ def tree_of(
 ) -> DrawNode:
     """A mission file for the functions below, its subtrees written out.
 
-    `statuses` are of one tick, by path as in `render.paths_of`.
+    `statuses` are of one tick, by path as in `tree_paths.paths_of`.
 
     Raises:
         MissionError: the file has errors, or the statuses are of another mission.

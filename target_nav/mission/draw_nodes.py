@@ -12,6 +12,7 @@ from target_nav.errors import MissionError
 from target_nav.mission.expand import Instance
 from target_nav.mission.model import SUBTREE
 from target_nav.mission.registry import NodeKind
+from target_nav.mission.tree_paths import unique_paths
 from target_nav.mission.vocabulary import is_condition
 
 MAX_PORT, MAX_TITLE = 34, 40
@@ -63,7 +64,7 @@ def drawable(root: Instance, statuses: Mapping[str, str] | None = None) -> DrawN
 
     Args:
         root: the mission, written out
-        statuses: of one tick, by path as in `render.paths_of`; those missing were not ticked
+        statuses: of one tick, by path as in `tree_paths.paths_of`; those missing were not ticked
 
     Raises:
         MissionError: a status or a path that the mission does not have.
@@ -96,22 +97,10 @@ def drawable(root: Instance, statuses: Mapping[str, str] | None = None) -> DrawN
 
 
 def instance_paths(root: Instance) -> dict[Instance, str]:
-    """The paths that `render.paths_of` gives to the behaviours that are built of these."""
-    paths: dict[Instance, str] = {}
-    taken: set[str] = set()
-
-    def collect(instance: Instance, prefix: str) -> None:
-        path = unique = f"{prefix}/{instance.definition.name}"
-        number = 2
-        while unique in taken:
-            unique, number = f"{path}#{number}", number + 1
-        taken.add(unique)
-        paths[instance] = unique
-        for child in instance.children:
-            collect(child, unique)
-
-    collect(root, "")
-    return paths
+    """The paths that `tree_paths.paths_of` gives to the behaviours that are built of these."""
+    return dict(
+        unique_paths(root, lambda instance: instance.definition.name, lambda instance: instance.children)
+    )
 
 
 def _kind(instance: Instance) -> Kind:

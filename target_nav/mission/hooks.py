@@ -13,7 +13,8 @@ from enum import Enum
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from target_nav.mission.nodes.base import TICK, Tick, Visited, adopt, halt
+from target_nav.mission.nodes.halting import halt
+from target_nav.mission.nodes.ticking import TICK, Tick, Visited, adopt
 
 
 class Answer(Enum):

@@ -23,8 +23,8 @@ from py_trees.decorators import Decorator
 from py_trees.ports import PortInformation, PortsMixin
 
 from target_nav.mission.nodes import MissionNode
+from target_nav.mission.port_types import can_be_written, type_name
 from target_nav.mission.problems import did_you_mean
-from target_nav.mission.values import can_be_written, type_name
 
 _DOTTED = r"[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z_][A-Za-z0-9_]*)*"
 _PATH = re.compile(rf"{_DOTTED}:{_DOTTED}|{_DOTTED}\.[A-Za-z_][A-Za-z0-9_]*")

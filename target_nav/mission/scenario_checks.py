@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from target_nav.mission.observation import Observation
 from target_nav.mission.scenario_match import Matcher
 from target_nav.mission.scenario_model import Check, Conditions, Place, When
 from target_nav.mission.scenario_report import spans, trace_diff, without_repetitions
 from target_nav.mission.scenario_world import full_name
-from target_nav.mission.scripted_mission import ROUNDING_S, Observation
+from target_nav.mission.scripted_mission import ROUNDING_S
 from target_nav.mission.tree_index import TreeIndex
 from target_nav.mission.values_text import value_text
 from target_nav.state.types import STOP

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from difflib import ndiff
 from itertools import groupby
 
-from target_nav.mission.scripted_mission import Observation
+from target_nav.mission.observation import Observation
 
 MOST_LINES = 40
 

@@ -12,7 +12,7 @@ from target_nav.mission.problems import did_you_mean
 from target_nav.mission.registry import NodeRegistry
 from target_nav.mission.scenario_checks import ANY, Failure, failure_of
 from target_nav.mission.scenario_model import Change, Place, Scenario
-from target_nav.mission.scenario_report import timeline
+from target_nav.mission.scenario_report import timeline, without_repetitions
 from target_nav.mission.scenario_values import BadScript
 from target_nav.mission.scenario_world import ScriptedWorld, full_name
 from target_nav.mission.scripted_mission import ROUNDING_S, ScriptedMission
@@ -24,12 +24,13 @@ class ScenarioError(MissionError):
 
 @dataclass(frozen=True)
 class ScenarioResult:
-    """`timeline` is what the mission did, a line for each change of state or leaf."""
+    """`timeline` is what the mission did, a line for each change of state or leaf; `leaves` decided, in turn."""
 
     scenario: Scenario
     failures: tuple[Failure, ...]
     ticks: int
     timeline: tuple[str, ...]
+    leaves: tuple[str, ...]
 
     @property
     def passed(self) -> bool:
@@ -66,6 +67,7 @@ def run_scenario(scenario: Scenario, registry: NodeRegistry | None = None) -> Sc
             tuple(failure for failure in failures if failure is not None),
             len(mission.observations),
             tuple(timeline(mission.observations)),
+            tuple(without_repetitions(seen.leaf_name for seen in mission.observations)),
         )
 
 

@@ -14,12 +14,10 @@ py_trees keeps one blackboard in a process, so there is one scripted mission at 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from py_trees.behaviour import Behaviour
 from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
@@ -27,6 +25,7 @@ from target_nav.config import Config
 from target_nav.errors import MissionError
 from target_nav.mission.load import load_mission
 from target_nav.mission.mocks import Mock, MockSpec, unknown_outputs
+from target_nav.mission.observation import Observation
 from target_nav.mission.registry import NodeRegistry
 from target_nav.mission.scenario_values import BadScript
 from target_nav.mission.scenario_world import ScriptedWorld, full_name
@@ -36,32 +35,6 @@ from target_nav.state.types import CommandKind, MotionRequest, NavState, Outcome
 
 ROUNDING_S = 1e-6
 WORDS = ("GO", "STOP", "PAUSE", "RESUME", "STEP")
-
-
-@dataclass(frozen=True)
-class Observation:
-    """What one tick left to be seen. `statuses` and `messages` go with the index's `nodes`."""
-
-    now_s: float
-    state: NavState
-    leaf: Behaviour | None
-    leaf_message: str
-    statuses: tuple[Status, ...]
-    messages: tuple[str, ...]
-    outcome: Outcome | None
-    request: MotionRequest | None
-    board: Mapping[str, Any] = field(repr=False)
-
-    @property
-    def leaf_name(self) -> str:
-        return self.leaf.name if self.leaf is not None else ""
-
-    @property
-    def reason(self) -> str:
-        """Why the robot does what it does, in words: of the motion request, or else of the leaf."""
-        if self.request is not None and self.request.reason:
-            return self.request.reason
-        return self.leaf_message
 
 
 class ScriptedMission:

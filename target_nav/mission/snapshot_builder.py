@@ -1,4 +1,10 @@
-"""Notes of ticks into snapshots, in a thread that may take its time."""
+"""Notes of ticks into snapshots: plain data in the shape of py_trees_ros_interfaces/BehaviourTree, without ROS.
+
+`py-trees-tree-watcher` stops with an exception on a type or status that it does not know, on a child that is not in
+the list, on anything but one root, on ids that are not uuid4. A snapshot never has any of these. Building one costs
+more than a tick of the tree, so the tick's thread only takes a note (`tree_note`), and a thread that may take its time
+makes a snapshot of it.
+"""
 
 from __future__ import annotations
 

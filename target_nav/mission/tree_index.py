@@ -9,7 +9,7 @@ from py_trees.behaviour import Behaviour
 
 from target_nav.mission.nodes import SubTree
 from target_nav.mission.problems import did_you_mean
-from target_nav.mission.render import paths_of
+from target_nav.mission.tree_paths import paths_of
 
 
 class TreeIndex:
@@ -21,14 +21,13 @@ class TreeIndex:
 
     def __init__(self, root: Behaviour) -> None:
         paths = paths_of(root)
-        by_id = {node.id: node for node in root.iterate()}
-        self.nodes: tuple[Behaviour, ...] = tuple(by_id[each] for each in paths)
+        self.nodes: tuple[Behaviour, ...] = tuple(paths)
         self.paths: tuple[str, ...] = tuple(paths.values())
         self._path_of = paths
         self._found: dict[str, tuple[int, ...]] = {}
 
     def path_of(self, node: Behaviour) -> str:
-        return self._path_of[node.id]
+        return self._path_of[node]
 
     def find(self, pattern: str) -> Sequence[int]:
         """Positions in `nodes`."""

@@ -12,8 +12,8 @@ from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
 from target_nav.mission.model import SUBTREE, Form
+from target_nav.mission.port_types import type_name, unit_of
 from target_nav.mission.registry import NodeKind, NodeRegistry, NodeSpec
-from target_nav.mission.values import type_name, unit_of
 from target_nav.state import keys
 
 

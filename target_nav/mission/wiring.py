@@ -9,8 +9,9 @@ from typing import Any
 from target_nav.mission.expand import Instance, PortUse
 from target_nav.mission.model import SUBTREE
 from target_nav.mission.nodes.loops import Result
+from target_nav.mission.port_types import UNKNOWN, accepts, type_name
 from target_nav.mission.problems import Report, did_you_mean
-from target_nav.mission.values import UNKNOWN, BadValue, accepts, check_limits, to_literal, to_port, type_name
+from target_nav.mission.values import BadValue, check_limits, to_literal, to_port
 from target_nav.state import keys
 
 

@@ -15,8 +15,8 @@ from xml.etree.ElementTree import Element
 from target_nav.mission.btcpp import CONDITIONS
 from target_nav.mission.document import FORMAT, METADATA, PORT_TAGS, ROOT_ATTRIBUTES
 from target_nav.mission.model import SUBTREE, Form
+from target_nav.mission.port_types import unit_of
 from target_nav.mission.registry import NodeKind, NodeRegistry, NodeSpec
-from target_nav.mission.values import unit_of
 from target_nav.mission.vocabulary import form_of, port_type, value_text
 
 NAMESPACE = "http://www.w3.org/2001/XMLSchema"

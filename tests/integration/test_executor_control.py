@@ -144,7 +144,7 @@ def test_reload_from_the_command_line(client: Client, executor: Managed, mission
     client.spin_until(lambda: "loaded anew" in executor.log(), "the mission")
 
 
-def test_groot_holds_the_robot_at_a_breakpoint_and_lets_it_go(mission: Path, tmp_path: Path) -> None:
+def test_groot_holds_the_robot_at_a_breakpoint_and_forces_results(mission: Path, tmp_path: Path) -> None:
     pytest.importorskip("zmq")
     pytest.importorskip("msgpack")
     from tests.unit.app.groot_client import GrootClient, nodes_of
@@ -172,6 +172,13 @@ def test_groot_holds_the_robot_at_a_breakpoint_and_lets_it_go(mission: Path, tmp
         stranger.spin_until(lambda: reason(states) == "held by a debugger", "the robot to be held")
         groot.ask("A")
         stranger.spin_until(lambda: reason(states) == "first version", "the mission again")
+        # the operator said GO; forced, the condition says that nobody did
+        assert groot.blackboard("Main")["Main"]["command/requested"] is True
+        requested = {name: number for number, (_, name) in nodes_of(groot.tree()).items()}["MissionRequested"]
+        groot.breakpoint(requested, mode=1, desired_status="FAILURE")
+        stranger.spin_until(lambda: reason(states) == "waiting for GO", "the forced result to count")
+        groot.hook("R", uid=requested, position=0)
+        stranger.spin_until(lambda: reason(states) == "first version", "the real one again")
         stranger.close()
         groot.close()
     assert "Traceback" not in process.log()

@@ -15,6 +15,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 EXECUTABLES = {"tree_executor", "camera_node", "arduino_node", "odometry_node", "detector_node", "sim"}
 EXECUTABLES |= {"lidar_node", "bag_recorder"}
+WATCHERS = {"py-trees-tree-watcher", "py-trees-blackboard-watcher"}
 # Composed, so that a search for them finds nothing here.
 REGISTRY_HOSTS = ["python" + "hosted", "py" + "pi.org", "registry." + "npm", "github" + ".com"]
 LOCAL_PATHS = ["file" + "://", "/" + "root/", "/" + "home/", "/" + "opt/"]
@@ -99,7 +100,7 @@ def test_the_wheel_is_complete(checkout: Path, tmp_path: Path) -> None:
         (entry_points,) = (name for name in names if name.endswith("entry_points.txt"))
         commands = set(re.findall(r"^([\w-]+) =", archive.read(entry_points).decode(), re.MULTILINE))
 
-    assert commands == EXECUTABLES | {"target-nav"}
+    assert commands == EXECUTABLES | WATCHERS | {"target-nav"}
     for folder, pattern in [
         ("target_nav", "*.py"),
         ("behaviours", "*.py"),

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from target_nav.app.paths import mission_path
 from target_nav.errors import MissionError
 from target_nav.mission.scenario_file import read_scenarios
 from target_nav.mission.scenario_find import find_scenario_files
@@ -16,7 +17,7 @@ from target_nav.mission.scenario_run import ScenarioResult, run_scenario
 
 
 @click.command(name="test")
-@click.argument("files", nargs=-1, type=click.Path(path_type=Path))
+@click.argument("files", nargs=-1)
 @click.option(
     "-k", "pattern", default="*", metavar="PATTERN", help="Only scenarios whose name has it; * and ? work."
 )
@@ -24,15 +25,16 @@ from target_nav.mission.scenario_run import ScenarioResult, run_scenario
 @click.option("-v", "--verbose", is_flag=True, help="Show what happened in those that pass as well.")
 @click.pass_context
 def command(
-    ctx: click.Context, files: tuple[Path, ...], pattern: str, stop_early: bool, verbose: bool
+    ctx: click.Context, files: tuple[str, ...], pattern: str, stop_early: bool, verbose: bool
 ) -> None:
-    """Run scenarios: FILE is a scenario file, a folder of them, or a mission with its scenarios beside it.
+    """Run scenarios: FILE is a scenario file, a folder of them, or a mission (or its name
+    in trees/) with its scenarios beside it.
 
     Without FILE all that come along. Exit 0: all passed; 1: one failed; 2: one could not be run.
     """
     begin_s = time.monotonic()
     passed = failed = broken = 0
-    for path in find_scenario_files(files):
+    for path in find_scenario_files(mission_path(file) for file in files):
         try:
             scenarios = read_scenarios(path)
         except MissionError as error:

@@ -2,19 +2,10 @@
 
 from __future__ import annotations
 
-from target_nav.mission.nodes.base import (
-    SKIPPED,
-    ControlNode,
-    DecoratorNode,
-    MissionNode,
-    Visited,
-    halt,
-    halt_tree,
-    is_active,
-    tick_node,
-)
+from target_nav.mission.nodes.base import ControlNode, DecoratorNode, MissionNode
 from target_nav.mission.nodes.blackboard import SetBlackboard, UnsetBlackboard
 from target_nav.mission.nodes.branching import IfThenElse, WhileDoElse
+from target_nav.mission.nodes.halting import halt, halt_tree, is_active
 from target_nav.mission.nodes.in_order import (
     AsyncFallback,
     AsyncSequence,
@@ -31,6 +22,7 @@ from target_nav.mission.nodes.results import ForceFailure, ForceSuccess, Inverte
 from target_nav.mission.nodes.scripted import Precondition, Script, ScriptCondition
 from target_nav.mission.nodes.subtree import SubTree
 from target_nav.mission.nodes.switch import Switch2, Switch3, Switch4, Switch5, Switch6
+from target_nav.mission.nodes.ticking import SKIPPED, Visited, tick_node
 from target_nav.mission.nodes.timing import Delay, Sleep, Timeout
 from target_nav.mission.nodes.try_catch import TryCatch
 from target_nav.mission.nodes.updated import SkipUnlessUpdated, WaitValueUpdate, WasEntryUpdated

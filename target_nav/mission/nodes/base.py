@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from types import MethodType
 from typing import Any, ClassVar, Literal, Protocol
 
 from py_trees import composites, decorators
@@ -25,131 +24,12 @@ from py_trees.ports import PortInformation
 
 from target_nav.errors import MissionError
 from target_nav.mission.nodes.entries import BoardEntry, Constant
+from target_nav.mission.nodes.halting import StaysActive, forget_all, halt, halt_below, is_active
+from target_nav.mission.nodes.ticking import SKIPPED_MESSAGE, Visited
 from target_nav.mission.script import Run
 
-Visited = list[Behaviour]
-"""What a tick passed through, in the order in which it was done with."""
-
-Tick = Callable[[Visited], Status]
-
-SKIPPED = Status.INVALID
-SKIPPED_MESSAGE = "skipped"
-# An enum's members are looked up in a class each time; a tick asks for them hundreds of times.
-_SUCCESS, _FAILURE, _RUNNING, _INVALID = Status.SUCCESS, Status.FAILURE, Status.RUNNING, Status.INVALID
-
-TICK = "mission_tick"
-"""The attribute by which a mission ticks a behaviour. A leaf gets it with its first tick, see `adopt`."""
-
-
-def tick_node(node: Behaviour, visited: Visited) -> Status:
-    """Ticks a node once; INVALID means that it was skipped.
-
-    Raises:
-        MissionError: a leaf returned something that is no result, or a script failed.
-    """
-    tick: Tick = getattr(node, TICK, None) or adopt(node)
-    return tick(visited)
-
-
-def adopt(leaf: Behaviour) -> Tick:
-    """Gives a leaf, or a whole tree of py_trees, what `tick_node` calls."""
-    function: Callable[[Behaviour, Visited], Status]
-    if type(leaf).tick is not Behaviour.tick:
-        function = _tick_foreign
-    elif type(leaf).stop is not Behaviour.stop:
-        function = _tick_leaf_with_stop
-    else:
-        function = _tick_leaf
-    tick: Tick = MethodType(function, leaf)
-    setattr(leaf, TICK, tick)
-    return tick
-
-
-def _tick_leaf(leaf: Behaviour, visited: Visited) -> Status:
-    if leaf.status is not _RUNNING:
-        leaf.initialise()
-    status = leaf.update()
-    if status is _SUCCESS or status is _FAILURE:
-        # what Behaviour.stop does but for writing a debug message, which costs more than all the rest of a leaf's tick
-        leaf.terminate(status)
-    elif status is not _RUNNING:
-        raise _no_result(leaf, status)
-    leaf.status = status
-    visited.append(leaf)
-    return status
-
-
-def _tick_leaf_with_stop(leaf: Behaviour, visited: Visited) -> Status:
-    if leaf.status is not _RUNNING:
-        leaf.initialise()
-    status = leaf.update()
-    if status is _SUCCESS or status is _FAILURE:
-        leaf.stop(status)
-    elif status is not _RUNNING:
-        raise _no_result(leaf, status)
-    leaf.status = status
-    visited.append(leaf)
-    return status
-
-
-def _tick_foreign(tree: Behaviour, visited: Visited) -> Status:
-    visited.extend(tree.tick())
-    if tree.status is _INVALID:
-        raise _no_result(tree, tree.status)
-    return tree.status
-
-
-def _no_result(leaf: Behaviour, status: object) -> MissionError:
-    # A forgotten `return` must not pass for "skipped", which lets a sequence go on.
-    return MissionError(
-        f"leaf {leaf.name!r} ({type(leaf).__name__}) returned {status!r}; it must return SUCCESS, FAILURE or RUNNING"
-    )
-
-
-def is_active(node: Behaviour) -> bool:
-    """Whether the node has begun and has not finished; only such a node is halted."""
-    if node.status is _INVALID:
-        # skipped, but active still
-        return isinstance(node, MissionNode) and node.active
-    return node.status is _RUNNING
-
-
-def halt(node: Behaviour) -> None:
-    """Stops the node if it is active; one that has finished only loses its status."""
-    if is_active(node):
-        node.stop(_INVALID)
-    else:
-        forget(node)
-
-
-def halt_tree(root: Behaviour) -> None:
-    """Halts a whole tree: what is active below a node that is not, too, as a skipped node can be."""
-    halt(root)
-    _halt_below(root)
-
-
-def _halt_below(node: Behaviour) -> None:
-    for child in node.children:
-        if is_active(child):
-            halt(child)
-        _halt_below(child)
-
-
-def forget(node: Behaviour) -> None:
-    """Clears what is left to be seen of a finished node and its descendants."""
-    if node.status is not _INVALID:
-        node.status = _INVALID
-        if node.children:
-            forget_all(node.children)
-
-
-def forget_all(nodes: Sequence[Behaviour]) -> None:
-    for node in nodes:
-        if node.status is not _INVALID:
-            node.status = _INVALID
-            if node.children:
-                forget_all(node.children)
-
+_INVALID = Status.INVALID
+"""An enum's members are looked up in a class each time; a tick asks for this one of every node."""
 
 ScriptUse = Literal["runs", "decides"]
 """Whether a script is run for what it does, or for whether its value is true."""
@@ -168,7 +48,7 @@ class Source(Protocol):
         """
 
 
-class MissionNode(Behaviour):
+class MissionNode(StaysActive, Behaviour):
     """What control nodes and decorators have in common; combined with one of py_trees' classes."""
 
     KIND: ClassVar[str]
@@ -183,8 +63,6 @@ class MissionNode(Behaviour):
     BEGINS: ClassVar[bool] = True
     """Whether it is active from the begin of its first tick on. Otherwise only once it is RUNNING."""
 
-    active: bool = False
-    """BehaviorTree.CPP's RUNNING: from the first tick to a result or a halt, skipped ticks included."""
     origin: str = ""
     """Where the mission defines the node: file:line:column."""
     sources: Mapping[str, Source] = {}
@@ -259,7 +137,7 @@ class MissionNode(Behaviour):
         if status is _INVALID:
             self.feedback_message = SKIPPED_MESSAGE
         else:
-            self.active = status is _RUNNING
+            self.active = status is Status.RUNNING
             if self.feedback_message is SKIPPED_MESSAGE:
                 self.feedback_message = ""
         self.status = status
@@ -299,7 +177,7 @@ class MissionNode(Behaviour):
             self.on_halted()
         if new_status is Status.INVALID and self.parent is None:
             # py_trees' way of halting a whole tree
-            _halt_below(self)
+            halt_below(self)
 
 
 class ControlNode(MissionNode, composites.Composite):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from py_trees.common import Status
 from py_trees.ports import PortInformation
 
-from target_nav.mission.nodes.base import Visited
 from target_nav.mission.nodes.leaves import LeafNode
+from target_nav.mission.nodes.ticking import Visited
 from target_nav.mission.values import BadValue
 
 

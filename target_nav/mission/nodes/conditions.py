@@ -17,18 +17,9 @@ from typing import Final
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from target_nav.mission.nodes.base import (
-    SKIPPED,
-    SKIPPED_MESSAGE,
-    TICK,
-    MissionNode,
-    Tick,
-    Visited,
-    adopt,
-    forget,
-    halt,
-    is_active,
-)
+from target_nav.mission.nodes.base import MissionNode
+from target_nav.mission.nodes.halting import forget, halt, is_active
+from target_nav.mission.nodes.ticking import SKIPPED, SKIPPED_MESSAGE, TICK, Tick, Visited, adopt
 
 _RESULTS: Final = {"_failureIf": Status.FAILURE, "_successIf": Status.SUCCESS, "_skipIf": SKIPPED}
 

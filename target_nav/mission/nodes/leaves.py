@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from py_trees.common import Status
 
-from target_nav.mission.nodes.base import MissionNode, Visited
+from target_nav.mission.nodes.base import MissionNode
+from target_nav.mission.nodes.ticking import Visited
 
 
 class LeafNode(MissionNode):

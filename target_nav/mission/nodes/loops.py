@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 from py_trees.common import Status
 from py_trees.ports import PortInformation
 
-from target_nav.mission.nodes.base import SKIPPED, DecoratorNode, Visited, tick_node
+from target_nav.mission.nodes.base import DecoratorNode
+from target_nav.mission.nodes.ticking import SKIPPED, Visited, tick_node
 from target_nav.mission.values import BadValue, from_blackboard
 
 

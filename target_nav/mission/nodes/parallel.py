@@ -7,7 +7,9 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.ports import PortInformation
 
-from target_nav.mission.nodes.base import SKIPPED, ControlNode, Visited, is_active, tick_node
+from target_nav.mission.nodes.base import ControlNode
+from target_nav.mission.nodes.halting import is_active
+from target_nav.mission.nodes.ticking import SKIPPED, Visited, tick_node
 
 
 class Parallel(ControlNode, composites.Parallel):

@@ -8,7 +8,9 @@ from py_trees import composites
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from target_nav.mission.nodes.base import SKIPPED, ControlNode, Visited, halt, tick_node
+from target_nav.mission.nodes.base import ControlNode
+from target_nav.mission.nodes.halting import halt
+from target_nav.mission.nodes.ticking import SKIPPED, Visited, tick_node
 
 
 class _Reactive(ControlNode):

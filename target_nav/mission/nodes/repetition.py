@@ -11,7 +11,9 @@ from typing import ClassVar
 from py_trees.common import Status
 from py_trees.ports import PortInformation
 
-from target_nav.mission.nodes.base import SKIPPED, DecoratorNode, Visited, halt, is_active, tick_node
+from target_nav.mission.nodes.base import DecoratorNode
+from target_nav.mission.nodes.halting import halt, is_active
+from target_nav.mission.nodes.ticking import SKIPPED, Visited, tick_node
 
 MOST = 2**31 - 1
 """BehaviorTree.CPP counts in int."""

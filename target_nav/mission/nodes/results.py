@@ -7,7 +7,8 @@ from typing import ClassVar
 from py_trees.common import Status
 from py_trees.ports import PortInformation
 
-from target_nav.mission.nodes.base import SKIPPED, DecoratorNode, Visited, tick_node
+from target_nav.mission.nodes.base import DecoratorNode
+from target_nav.mission.nodes.ticking import SKIPPED, Visited, tick_node
 
 
 class _ResultOf(DecoratorNode):

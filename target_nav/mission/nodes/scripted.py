@@ -7,9 +7,10 @@ from typing import ClassVar
 from py_trees.common import Status
 from py_trees.ports import PortInformation
 
-from target_nav.mission.nodes.base import DecoratorNode, Visited, tick_node
+from target_nav.mission.nodes.base import DecoratorNode
 from target_nav.mission.nodes.leaves import LeafNode
 from target_nav.mission.nodes.loops import Result
+from target_nav.mission.nodes.ticking import Visited, tick_node
 
 
 class Script(LeafNode):

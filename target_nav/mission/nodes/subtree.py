@@ -5,7 +5,8 @@ from __future__ import annotations
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from target_nav.mission.nodes.base import DecoratorNode, Visited, tick_node
+from target_nav.mission.nodes.base import DecoratorNode
+from target_nav.mission.nodes.ticking import Visited, tick_node
 
 
 class SubTree(DecoratorNode):

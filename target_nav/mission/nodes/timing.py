@@ -11,8 +11,10 @@ from py_trees.common import Access, Status
 from py_trees.ports import PortInformation
 
 from target_nav.errors import MissionError
-from target_nav.mission.nodes.base import DecoratorNode, Visited, halt, is_active, tick_node
+from target_nav.mission.nodes.base import DecoratorNode
+from target_nav.mission.nodes.halting import halt, is_active
 from target_nav.mission.nodes.leaves import LeafNode
+from target_nav.mission.nodes.ticking import Visited, tick_node
 from target_nav.state.keys import NOW_S
 
 MOST_MSEC = 2**32 - 1

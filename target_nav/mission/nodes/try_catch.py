@@ -7,7 +7,9 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.ports import PortInformation
 
-from target_nav.mission.nodes.base import SKIPPED, ControlNode, Visited, halt, tick_node
+from target_nav.mission.nodes.base import ControlNode
+from target_nav.mission.nodes.halting import halt
+from target_nav.mission.nodes.ticking import SKIPPED, Visited, tick_node
 
 
 class TryCatch(ControlNode, composites.Sequence):

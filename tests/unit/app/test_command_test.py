@@ -17,7 +17,7 @@ BROKEN = "- {name: misspelt, expect: [{at: 1, laef: Idle}]}"
 NOT_OF_THE_MISSION = "- {name: no such leaf, expect: [{at: 1, leaf: Idel}]}"
 
 
-def run(path: Path, *options: str) -> Result:
+def run(path: Path | str, *options: str) -> Result:
     return CliRunner().invoke(command, [str(path), *options])
 
 
@@ -71,6 +71,11 @@ def test_what_happened_is_shown_on_request(tmp_path: Path) -> None:
 def test_a_mission_stands_for_its_scenarios(tmp_path: Path) -> None:
     write(tmp_path, GOOD)
     assert run(tmp_path / "mission.xml").exit_code == 0
+
+
+def test_the_name_of_a_shipped_mission_stands_for_its_scenarios() -> None:
+    result = run("there_and_back", "-k", "STOP on the way home")
+    assert (result.exit_code, result.stdout.splitlines()[-1][:20]) == (0, "1 scenario: 1 passed")
 
 
 def test_what_is_not_there_is_told(tmp_path: Path) -> None:

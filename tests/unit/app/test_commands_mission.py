@@ -17,7 +17,7 @@ from target_nav.app import cli
 from target_nav.app.output_file import OutputError, write_output
 from target_nav.config import Config
 from target_nav.mission import load_mission
-from target_nav.mission.render import paths_of
+from target_nav.mission.tree_paths import paths_of
 from target_nav.state.types import STOP, Inputs, NavState, TickRecord
 
 GOOD = """\

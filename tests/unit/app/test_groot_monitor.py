@@ -11,13 +11,15 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from textwrap import dedent
 
+import py_trees
 import pytest
+from py_trees.behaviour import Behaviour
 
 pytest.importorskip("zmq")
 pytest.importorskip("msgpack")
 
 from target_nav.app.groot_monitor import HEARTBEAT_S, GrootMonitor
-from target_nav.app.groot_monitor_tree import groot_tree
+from target_nav.app.groot_monitor_tree import GrootTree, groot_tree
 from target_nav.errors import DeviceError
 from target_nav.mission.scripted_mission import ScriptedMission
 from target_nav.mission.tree_note import TreeNotebook
@@ -190,6 +192,22 @@ def test_another_tree_has_another_id_and_no_hooks(debugged: Debugged) -> None:
     debugged.monitor.watch(debugged.mission.root)
     assert debugged.groot.tree_id() != before
     assert json.loads(debugged.groot.ask("D")[0]) == []
+
+
+def test_a_tree_that_is_replaced_while_it_is_drawn_is_drawn_anew(
+    debugged: Debugged, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = py_trees.behaviours.Running("other")
+
+    def replaced_meanwhile(root: Behaviour, path: Path | None) -> GrootTree:
+        drawn = groot_tree(root, path)
+        if root is not other:
+            debugged.monitor.watch(other)
+        return drawn
+
+    monkeypatch.setattr("target_nav.app.groot_monitor.groot_tree", replaced_meanwhile)
+    debugged.monitor.watch(debugged.mission.root)
+    assert [name for _, name in nodes_of(debugged.groot.tree()).values()] == ["other"]
 
 
 def test_transitions_while_recording(debugged: Debugged) -> None:

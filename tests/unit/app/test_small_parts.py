@@ -8,7 +8,9 @@ from typing import Any
 import pytest
 from rich.console import Console
 
+from target_nav.app import paths
 from target_nav.app.campaign import orders, table_of
+from target_nav.app.paths import mission_path
 from target_nav.app.run_folder import make_run_folder
 from target_nav.app.run_report import outcome_line
 from target_nav.app.tick_statistics import TickMeter
@@ -80,3 +82,15 @@ def test_the_campaigns_table_counts_what_was_expected_and_measures_what_arrived(
     assert "0 (0.0 %)" in text
     assert "1 (33.3 %)" in text
     assert "12 / 19 mm" in text
+
+
+def test_a_mission_is_found_by_path_or_by_name_in_either_notation(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(paths, "files", lambda package: tmp_path)
+    for name in ("both.xml", "both.yaml", "other.yaml"):
+        (tmp_path / name).touch()
+    assert mission_path("both") == tmp_path / "both.xml"
+    assert mission_path("other") == tmp_path / "other.yaml"
+    assert mission_path("some/where.yml") == Path("some/where.yml")
+    assert mission_path("gone") == tmp_path / "gone.xml", "the loader says that there is none"

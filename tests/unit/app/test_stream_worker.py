@@ -17,11 +17,16 @@ class Recorded:
     def __init__(self, topic: str, held: bool = False) -> None:
         self.topic = topic
         self.turns = 0
+        self.publisher = self
+        self.is_closed = False
         self.began = threading.Event()
         self.go_on = threading.Event()
         self.done = threading.Semaphore(0)
         if not held:
             self.go_on.set()
+
+    def close(self) -> None:
+        self.is_closed = True
 
     def flush(self) -> None:
         self.began.set()
@@ -71,7 +76,9 @@ def test_a_stream_that_was_closed_has_no_turn(worker: StreamWorker) -> None:
     for stream in (hanging, closed, last):
         worker.wake(stream)
     assert hanging.began.wait(5.0)
-    worker.forget(closed)
+    assert worker.end(closed)
+    assert closed.is_closed
+    assert not worker.end(None)
     hanging.go_on.set()
     assert last.done.acquire(timeout=5.0)
     assert closed.turns == 0

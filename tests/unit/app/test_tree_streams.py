@@ -15,7 +15,7 @@ from py_trees.blackboard import ActivityItem, Blackboard
 from target_nav.app.blackboard_streams import BlackboardStream, activity_text, variable_names
 from target_nav.app.snapshot_streams import SnapshotStream
 from target_nav.app.tick_statistics import TickMeter
-from target_nav.mission.snapshot import SnapshotBuilder
+from target_nav.mission.snapshot_builder import SnapshotBuilder
 from target_nav.mission.tree_note import TreeNote, TreeNotebook
 from target_nav.state.types import NavState, Pose2D, Twist2D
 

@@ -11,7 +11,7 @@ import pytest
 from py_trees.common import Status
 
 from target_nav.app.watcher_tree import BrokenTreeError, tree_of
-from target_nav.mission.snapshot import snapshot_of
+from tests.utils.snapshots import snapshot_of
 
 
 def on_the_wire(root: py_trees.behaviour.Behaviour) -> list[Any]:

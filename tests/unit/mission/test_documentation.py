@@ -44,3 +44,10 @@ def test_what_is_no_node_here_is_told() -> None:
     page = PAGE.read_text(encoding="utf-8")
     for name in NOT_HERE:
         assert f"`{name}`" in page, name
+
+
+def test_the_python_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    (code,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL)
+    monkeypatch.chdir(PAGE.parents[1])
+    exec(code, {})
+    assert "Bowling pin" in capsys.readouterr().out

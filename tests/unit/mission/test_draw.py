@@ -19,7 +19,7 @@ from target_nav.mission.draw_layout import GAP_X, Pile, place, small_lines, text
 from target_nav.mission.draw_nodes import MAX_PORT, MAX_TITLE, DrawNode, Kind, instance_paths
 from target_nav.mission.draw_scene import STATUS_STYLES, Rectangle, Text, scene_of
 from target_nav.mission.draw_text import plain_text_of
-from target_nav.mission.render import paths_of
+from target_nav.mission.tree_paths import paths_of
 from tests.unit.mission.scripted import document
 from tests.unit.mission.vocabulary import registry
 

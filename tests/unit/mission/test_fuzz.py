@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from py_trees.behaviour import Behaviour
 from py_trees.blackboard import Blackboard
@@ -19,10 +19,10 @@ from target_nav.mission.btcpp import CONDITIONS
 from target_nav.mission.check import check_file
 from target_nav.mission.nodes import halt_tree
 from target_nav.mission.registry import NodeKind
+from tests.unit.mission.fuzzing import FUZZ, mutilated
 from tests.unit.mission.scripted import set_clock
 from tests.unit.mission.vocabulary import registry
 
-QUICK = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 FOLDER = Path(__file__).parent / "broken"
 REGISTRY = registry()
 
@@ -122,30 +122,22 @@ def load_or_refuse(data: bytes) -> None:
             tick(load_mission(path, REGISTRY).root)
 
 
-@QUICK
+@FUZZ
 @given(st.binary(max_size=400))
 def test_any_bytes(data: bytes) -> None:
     load_or_refuse(data)
 
 
-@QUICK
+@FUZZ
 @given(st.text(max_size=200))
 def test_any_text_inside_a_mission(text: str) -> None:
     whole = f'<root BTCPP_format="4"><BehaviorTree ID="Main">{text}</BehaviorTree></root>'
     load_or_refuse(whole.encode("utf-8", "replace"))
 
 
-@QUICK
-@given(st.sampled_from(SEEDS), st.data())
-def test_missions_with_pieces_cut_out_doubled_and_swapped(seed: str, data: st.DataObject) -> None:
-    text = seed
-    for _ in range(data.draw(st.integers(1, 4))):
-        begin, end = sorted(data.draw(st.tuples(st.integers(0, len(text)), st.integers(0, len(text)))))
-        piece = text[begin:end]
-        insert = data.draw(
-            st.sampled_from(["", piece * 2, piece[::-1], "<", '"', "&", "{", "}", "\0", "]]>", "é"])
-        )
-        text = text[:begin] + insert + text[end:]
+@FUZZ
+@given(mutilated(SEEDS, ["<", '"', "&", "{", "}", "\0", "]]>", "é"]))
+def test_missions_with_pieces_cut_out_doubled_and_swapped(text: str) -> None:
     load_or_refuse(text.encode())
 
 
@@ -163,7 +155,7 @@ elements = st.recursive(
 )
 
 
-@QUICK
+@FUZZ
 @given(st.lists(elements, min_size=1, max_size=3))
 def test_any_tree_of_known_words(contents: list[str]) -> None:
     trees = [
@@ -210,7 +202,7 @@ fitting_elements = st.recursive(
 )
 
 
-@QUICK
+@FUZZ
 @given(st.lists(fitting_elements, min_size=1, max_size=2))
 def test_any_tree_of_words_in_their_places(contents: list[str]) -> None:
     begin = """<Script code="a := 1; b := 'x'; c := 0.5"/>"""

@@ -17,8 +17,8 @@ from target_nav.mission.check import analyse
 from target_nav.mission.expand import Instance
 from target_nav.mission.lint import lint
 from target_nav.mission.lint_results import FAILURE, RUNNING, SKIPPED, SUCCESS, Reachability
-from target_nav.mission.nodes.base import SKIPPED_MESSAGE
-from target_nav.mission.snapshot import visited_by
+from target_nav.mission.nodes.ticking import SKIPPED_MESSAGE
+from target_nav.mission.tree_note import visited_by
 from tests.unit.mission.oracle import TICKS, make_trial
 from tests.unit.mission.scripted import document, scripted_leaves, set_clock
 from tests.unit.mission.vocabulary import registry

@@ -12,20 +12,20 @@ from py_trees.common import Status
 
 from target_nav.errors import MissionError
 from target_nav.mission.nodes import halt
-from target_nav.mission.snapshot import (
-    MAX_TEXT,
+from target_nav.mission.snapshot_types import (
     NO_ID,
     BehaviourSnapshot,
     BehaviourType,
-    SnapshotTracker,
     StatusCode,
     TreeSnapshot,
-    snapshot_of,
 )
+from target_nav.mission.tree_note import TreeNotebook
+from target_nav.mission.values_text import MAX_TEXT
 from tests.unit.mission.conftest import MakeTrace
 from tests.unit.mission.oracle import load_here
 from tests.unit.mission.random_trees import make_trial
 from tests.unit.mission.scripted import set_clock
+from tests.utils.snapshots import snapshot_of
 
 EVERY_NODE = (
     """<ReactiveFallback>
@@ -45,7 +45,7 @@ def by_name(snapshot: TreeSnapshot) -> dict[str, BehaviourSnapshot]:
 
 
 def insisted_on(snapshot: TreeSnapshot) -> None:
-    """What the watcher stops on, from FACTS of py_trees_ros: see the module's docstring."""
+    """What py_trees_ros' watcher stops on."""
     ids = [each.own_id for each in snapshot.behaviours]
     assert len(set(ids)) == len(ids)
     assert [each.parent_id for each in snapshot.behaviours].count(NO_ID) == 1
@@ -196,40 +196,40 @@ def test_long_values_are_cut_and_missing_ones_are_dashes(trace: MakeTrace) -> No
 
 
 def test_changes_are_noticed(trace: MakeTrace) -> None:
-    tree, tracker = trace("<Sequence><A/><B/></Sequence>", A="RRS", B="R"), SnapshotTracker()
+    tree, notebook = trace("<Sequence><A/><B/></Sequence>", A="RRS", B="R"), TreeNotebook()
     observed = []
     for _ in range(5):
         tree.tick()
-        observed.append(tracker.observe(tree.root))
+        observed.append(notebook.note(tree.root).changed)
     # begun; the same; the second child; only that one visited any more; the same
     assert observed == [True, False, True, True, False]
     assert tree.halt()
-    assert tracker.observe(tree.root)
-    assert not tracker.observe(tree.root)
+    assert notebook.note(tree.root).changed
+    assert not notebook.note(tree.root).changed
 
 
 def test_a_message_alone_is_no_change(trace: MakeTrace) -> None:
     # as py_trees has it: a leaf may say something else in every tick
-    tree, tracker = trace("<A/>", A="R"), SnapshotTracker()
+    tree, notebook = trace("<A/>", A="R"), TreeNotebook()
     tree.tick()
-    tracker.observe(tree.root)
+    notebook.note(tree.root)
     tree.root.feedback_message = "3 m away"
-    assert not tracker.observe(tree.root)
+    assert not notebook.note(tree.root).changed
 
 
 def test_another_tree_is_a_change(trace: MakeTrace) -> None:
-    tracker = SnapshotTracker()
+    notebook = TreeNotebook()
     for _ in range(2):
-        assert tracker.observe(trace("<A/>", A="R").root)
+        assert notebook.note(trace("<A/>", A="R").root).changed
 
 
 def test_a_tree_that_was_changed_is_looked_at_anew_after_being_told(trace: MakeTrace) -> None:
     root = py_trees.composites.Sequence("root", memory=True, children=[py_trees.behaviours.Running("a")])
-    tracker = SnapshotTracker()
+    notebook = TreeNotebook()
     root.tick_once()
-    tracker.observe(root)
+    notebook.note(root)
     root.add_child(py_trees.behaviours.Running("b"))
-    tracker.forget()
-    assert tracker.observe(root)
+    notebook.forget()
+    assert notebook.note(root).changed
     root.children[1].status = Status.FAILURE
-    assert tracker.observe(root)
+    assert notebook.note(root).changed

@@ -10,12 +10,14 @@ import pytest
 
 from target_nav.errors import MissionError
 from target_nav.mission.nodes import halt
-from target_nav.mission.snapshot import NO_ID, SnapshotBuilder, ValueTexts, snapshot_of
+from target_nav.mission.snapshot_builder import SnapshotBuilder, ValueTexts
+from target_nav.mission.snapshot_types import NO_ID
 from target_nav.mission.tree_note import TreeNotebook
 from tests.unit.mission.conftest import MakeTrace
 from tests.unit.mission.oracle import load_here
 from tests.unit.mission.random_trees import make_trial
 from tests.unit.mission.scripted import set_clock
+from tests.utils.snapshots import snapshot_of
 
 
 @pytest.mark.parametrize("seed", range(40))

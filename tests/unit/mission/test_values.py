@@ -10,16 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from target_nav.mission.values import (
-    BadValue,
-    accepts,
-    can_be_written,
-    from_blackboard,
-    key_in,
-    to_literal,
-    to_port,
-    unit_of,
-)
+from target_nav.mission.port_types import accepts, can_be_written, unit_of
+from target_nav.mission.values import BadValue, from_blackboard, key_in, to_literal, to_port
 from target_nav.state.types import Pose2D
 
 

@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from py_trees.blackboard import Blackboard
 
@@ -15,9 +15,9 @@ from target_nav.mission import load_mission
 from target_nav.mission.check import check_file
 from target_nav.mission.convert import convert
 from target_nav.mission.notations import Notation
+from tests.unit.mission.fuzzing import FUZZ, mutilated
 from tests.unit.mission.vocabulary import registry
 
-QUICK = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 FOLDER = Path(__file__).parent / "broken_yaml"
 REGISTRY = registry()
 SEEDS = [
@@ -45,27 +45,19 @@ def load_or_refuse(data: bytes) -> None:
             assert errors, "a mission that loads can be converted"
 
 
-@QUICK
+@FUZZ
 @given(st.binary(max_size=400))
 def test_any_bytes(data: bytes) -> None:
     load_or_refuse(data)
 
 
-@QUICK
+@FUZZ
 @given(st.text(alphabet=st.sampled_from("aA:-?[]{},#&*!|>'\"%@`\n\t 1.<=~\\\x85\ufeffé"), max_size=60))
 def test_any_punctuation_inside_a_mission(text: str) -> None:
     load_or_refuse(f"BTCPP_format: 4\ntrees:\n  Main:\n    Sequence:\n    - Drive: {text}\n".encode())
 
 
-@QUICK
-@given(st.sampled_from(SEEDS), st.data())
-def test_missions_with_pieces_cut_out_doubled_and_swapped(seed: str, data: st.DataObject) -> None:
-    text = seed
-    for _ in range(data.draw(st.integers(1, 4))):
-        begin, end = sorted(data.draw(st.tuples(st.integers(0, len(text)), st.integers(0, len(text)))))
-        piece = text[begin:end]
-        insert = data.draw(
-            st.sampled_from(["", piece * 2, piece[::-1], "\n", "  ", "- ", ": ", "#", "&a ", "*a", "!!int "])
-        )
-        text = text[:begin] + insert + text[end:]
+@FUZZ
+@given(mutilated(SEEDS, ["\n", "  ", "- ", ": ", "#", "&a ", "*a", "!!int "]))
+def test_missions_with_pieces_cut_out_doubled_and_swapped(text: str) -> None:
     load_or_refuse(text.encode())

@@ -4,10 +4,20 @@ from __future__ import annotations
 
 import py_trees
 import pytest
+from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
 from target_nav.errors import MissionError
-from target_nav.mission.nodes import BUILT_INS, AlwaysFailure, AlwaysSuccess, Fallback, Inverter, Sequence
+from target_nav.mission.nodes import (
+    BUILT_INS,
+    AlwaysFailure,
+    AlwaysSuccess,
+    Fallback,
+    Inverter,
+    MissionNode,
+    Sequence,
+    halt_tree,
+)
 from tests.unit.mission.conftest import MakeTrace
 from tests.unit.mission.scripted import names
 
@@ -108,3 +118,25 @@ def test_nodes_can_be_made_without_a_file() -> None:
     root = Fallback("either", [Inverter("not", AlwaysSuccess("yes")), AlwaysFailure("no")])
     root.tick_once()
     assert root.status is Status.FAILURE
+
+
+def test_halting_a_whole_tree_reaches_a_skipped_node_at_any_depth_once(trace: MakeTrace) -> None:
+    inner = """<Sequence name="deep" _onHalted="n += 1"><A _skipIf="true"/></Sequence>"""
+    # a Precondition that was skipped is not active
+    inner = f"""<Precondition if="true"><Precondition if="true">{inner}</Precondition></Precondition>"""
+    tree = trace(f"""<Sequence><Script code="n := 0"/>{inner}<B/></Sequence>""", A="S", B="R")
+    tree.tick()
+    (deep,) = [node for node in tree.root.iterate() if node.name == "deep"]
+    assert isinstance(deep, MissionNode)
+    assert deep.active
+    for _ in range(2):
+        halt_tree(tree.root)
+        assert not deep.active
+        assert Blackboard.get("/n") == 1
+
+
+def test_stopping_a_tree_that_does_not_run_tells_nobody(trace: MakeTrace) -> None:
+    tree = trace("""<Sequence _onHalted="n += 1"><Script code="n := 0"/><A/></Sequence>""", A="S")
+    tree.tick()
+    tree.root.stop(Status.INVALID)
+    assert Blackboard.get("/n") == 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from target_nav.mission.nodes.base import SKIPPED_MESSAGE
+from target_nav.mission.nodes.ticking import SKIPPED_MESSAGE
 from tests.unit.mission.conftest import MakeTrace
 from tests.unit.mission.scripted import spaced
 
