@@ -9,7 +9,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-EDGE_WEIGHT, HEIGHT_WEIGHT = 2.0, 2.0
+EDGE_WEIGHT, HEIGHT_WEIGHT = 2.0, 4.0
 SMOOTH = 0.02
 
 
