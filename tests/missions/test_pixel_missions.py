@@ -37,7 +37,7 @@ def ball_room() -> Arena:
     return replace(room, name="ball", target=PlacedObject("ball", room.target.x_m, room.target.y_m))
 
 
-@pytest.mark.parametrize(("arena", "seed"), [("open_floor", 1), ("decoys", 2), ("pin_behind_boxes", 3)])
+@pytest.mark.parametrize(("arena", "seed"), [("open_floor", 1), ("decoys", 2)])
 def test_the_network_finds_the_pin_in_rendered_rooms(arena: str, seed: int) -> None:
     result: RunResult = run_virtual(load_arena(arena), mission_path("bowling_pin"), seed, pixels=True)
     assert result.as_expected, result
