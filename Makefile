@@ -4,7 +4,7 @@ BIN := .venv/bin
 LOCK := $(BIN)/uv pip compile setup.py --universal --python-version 3.10 --generate-hashes --no-emit-index-url \
 	--no-header --no-annotate --quiet
 
-.PHONY: setup check test run lock clean
+.PHONY: setup check test run firmware lock clean
 
 setup:
 	@source scripts/lib/setup.sh && set_up
@@ -23,10 +23,15 @@ test:
 run:
 	scripts/start.sh --sim
 
+# The robot's firmware: its own tests, and the image for the Arduino with its size. Tools: deploy/firmware/install-tools.sh
+firmware:
+	$(MAKE) -C deploy/firmware host check avr
+
 # Writes the locks anew with today's newest versions; the second has to agree with the first.
 lock: setup
 	$(LOCK) --upgrade --extra sim --extra dev -o requirements.lock
 	$(LOCK) --upgrade --extra ros --extra interfaces -c requirements.lock -o requirements-ros.lock
 
 clean:
+	$(MAKE) -C deploy/firmware clean
 	rm -rf .cache build install log dist *.egg-info .venv-py3*

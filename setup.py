@@ -80,7 +80,7 @@ setup(
     python_requires=">=3.10,<3.14",
     packages=find_packages(include=[NAME, f"{NAME}.*", "behaviours", "behaviours.*", "trees"]),
     package_data={
-        NAME: ["sim/arenas/*.yaml"],
+        NAME: ["sim/arenas/*.yaml", "sim/arenas/*/*.yaml"],
         "trees": ["*.xml", "*.yaml", "subtrees/*", "scenarios/*"],
     },
     data_files=[
@@ -90,11 +90,16 @@ setup(
         *share("urdf", "*.urdf", "*.xacro"),
         *share("deploy/model", "*.onnx"),
         *share("trees", "*.xml", "*.yaml"),
+        # The simulator builds it where it is installed.
+        *share("deploy/firmware/target_nav_firmware", "*.cpp", "*.h", "*.ino"),
+        *share("deploy/firmware/host", "*.cpp", "*.h"),
+        (f"share/{NAME}/deploy/firmware", ["deploy/firmware/build-host.sh"]),
     ],
     install_requires=[
         "numpy>=1.24",
         "opencv-python-headless>=4.6",
         "filterpy>=1.4.5",
+        "scipy>=1.10",
         "pyserial>=3.5",
         "py_trees>=2.6,<2.7",
         "PyYAML>=6",
@@ -147,6 +152,7 @@ setup(
             "lidar_node = target_nav.app.lidar_node:main",
             "bag_recorder = target_nav.app.bag_recorder:main",
             "detector_node = target_nav.app.detector_node:main",
+            "gui = target_nav.app.gui_launch:main",
             "sim = target_nav.app.sim_node:main",
             # As py_trees_ros has them; where that is installed these hand over to it.
             "py-trees-tree-watcher = target_nav.app.tree_watcher:main",

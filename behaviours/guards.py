@@ -16,7 +16,7 @@ from target_nav.state.types import TargetSpec
 
 
 class SetTarget(MissionLeaf):
-    """Says what the mission looks for. SUCCESS at once."""
+    """Says what the mission looks for, unless the operator chose something else. SUCCESS at once."""
 
     INPUT_PORTS = {
         "class": text("what to look for: the detector's class, a colour, a tag's number", required=True),
@@ -33,16 +33,21 @@ class SetTarget(MissionLeaf):
     }
     OUTPUT_PORTS = {}
     PORT_LIMITS = {"height_m": (0.01, 5.0), "width_m": (0.01, 5.0)}
+    READS = (keys.TARGET_CHOICE,)
     WRITES = (keys.SPEC,)
 
     def update(self) -> Status:
+        chosen: TargetSpec | None = self.read(keys.TARGET_CHOICE)
         try:
-            label = make_label(self.get_input("detector"), self.get_input("class"))
+            spec = chosen or self._spec_of_the_mission()
         except ConfigError as error:
             return self.say(str(error), Status.FAILURE)
-        spec = TargetSpec(label, self.get_input("height_m"), self.get_input("width_m"))
         self.write(keys.SPEC, spec)
         return self.say(f"{spec.class_name}, {spec.height_m:.2f} m x {spec.width_m:.2f} m", Status.SUCCESS)
+
+    def _spec_of_the_mission(self) -> TargetSpec:
+        label = make_label(self.get_input("detector"), self.get_input("class"))
+        return TargetSpec(label, self.get_input("height_m"), self.get_input("width_m"))
 
 
 class MissionRequested(MissionLeaf):

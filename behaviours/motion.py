@@ -11,7 +11,7 @@ from behaviours.leaf import MissionLeaf, Ports, number, text
 from target_nav.nav.skill import Skill, SkillStatus, View
 from target_nav.state import keys
 from target_nav.state.keys import Key
-from target_nav.state.types import MotionRequest, NavState
+from target_nav.state.types import Avoidance, MotionRequest, NavState
 
 STATUS_OF = {
     SkillStatus.RUNNING: Status.RUNNING,
@@ -27,7 +27,7 @@ class MotionLeaf(MissionLeaf):
 
     STATE: ClassVar[NavState]
     NEAR_TARGET: ClassVar[bool] = False
-    READS = (
+    READS: ClassVar[tuple[Key, ...]] = (
         keys.NOW_S, keys.DT_S, keys.POSE, keys.TWIST, keys.TRACK, keys.OBSTACLES, keys.DETECTIONS, keys.SPEC,
         keys.CONFIG,
     )  # fmt: skip
@@ -37,6 +37,7 @@ class MotionLeaf(MissionLeaf):
         super().__init__(name)
         self._skill: Skill | None = None
         self._owner = self.id.hex
+        self._avoidance: Avoidance | None = None
 
     @abstractmethod
     def make_skill(self) -> Skill:
@@ -62,11 +63,26 @@ class MotionLeaf(MissionLeaf):
         step = self._skill.step(self.view())
         self.write(
             keys.REQUEST,
-            MotionRequest(self._owner, self.STATE, step.twist, step.reason, near_target=self.NEAR_TARGET),
+            MotionRequest(
+                self._owner,
+                self.STATE,
+                step.twist,
+                step.reason,
+                near_target=self.NEAR_TARGET,
+                avoidance=self._new_avoidance(),
+            ),
         )
         if step.status is SkillStatus.FAILURE and "reason" in self.output_ports():
             self._set_output("reason", step.reason)
         return self.say(step.reason, STATUS_OF[step.status])
+
+    def _new_avoidance(self) -> Avoidance | None:
+        """What VFH chose in this very tick, if the skill has one and asked it."""
+        latest: Avoidance | None = getattr(self._skill, "avoidance", None)
+        if latest is self._avoidance:
+            return None
+        self._avoidance = latest
+        return latest
 
     def terminate(self, new_status: Status) -> None:
         # py_trees starts a new child before it stops the old one: the request may be somebody else's by now.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from py_trees.ports import PortInformation
-
 from behaviours.leaf import number
 from behaviours.motion import REASON_PORT, SPEED_MPS, TIME_S, MotionLeaf
 from target_nav.nav.go_to_point import GoToPoint as GoToPointSkill
@@ -14,15 +12,16 @@ PLACE_M = (-100.0, 100.0)
 
 
 class GoToPoint(MotionLeaf):
-    """Drives to a place round obstacles, whatever it sees on the way. SUCCESS there."""
+    """Drives to a place round obstacles, whatever it sees on the way. SUCCESS there.
+
+    What the mission does not say of the place, the configuration does (`goal.*`).
+    """
 
     STATE = NavState.NAVIGATING
     INPUT_PORTS = {
-        "x_m": PortInformation(float, required=True, description="in odom: forward of where odometry began"),
-        "y_m": PortInformation(
-            float, required=True, description="in odom: to the left of where odometry began"
-        ),
-        "within_m": number("SUCCESS with base_link as near as this", default=0.10),
+        "x_m": number("in odom: forward of where odometry began"),
+        "y_m": number("in odom: to the left of where odometry began"),
+        "within_m": number("SUCCESS with base_link as near as this"),
         "speed_mps": number("cruise speed"),
         "time_limit_s": number("FAILURE after so long", default=120.0),
     }
@@ -39,9 +38,9 @@ class GoToPoint(MotionLeaf):
         config = self.config()
         return GoToPointSkill(
             config,
-            x_m=self.get_input("x_m"),
-            y_m=self.get_input("y_m"),
-            within_m=self.get_input("within_m"),
+            x_m=self.get_input("x_m", config.goal.x_m),
+            y_m=self.get_input("y_m", config.goal.y_m),
+            within_m=self.get_input("within_m", config.goal.within_m),
             speed_mps=self.get_input("speed_mps", config.approach.cruise_speed_mps),
             time_limit_s=self.get_input("time_limit_s"),
         )

@@ -10,6 +10,7 @@ from target_nav.nav.look_round import LookRound as LookRoundSkill
 from target_nav.nav.skill import Skill
 from target_nav.nav.spiral_search import SpiralSearch as SpiralSearchSkill
 from target_nav.nav.turn_search import TurnSearch as TurnSearchSkill
+from target_nav.state import keys
 from target_nav.state.types import NavState
 
 
@@ -41,9 +42,14 @@ class TurnSearch(TurningLeaf):
 
 
 class SpiralSearch(MotionLeaf):
-    """Drives outwards in a spiral and looks round on the way. SUCCESS when a track is confirmed."""
+    """Drives outwards in a spiral and looks round on the way. SUCCESS when a track is confirmed.
+
+    Until the next GO all leaves that ask for the same search share it: none looks where another has looked.
+    """
 
     STATE = NavState.SPIRAL_SEARCH
+    READS = (*MotionLeaf.READS, keys.SEARCH)
+    WRITES = (keys.REQUEST, keys.SEARCH)
     INPUT_PORTS = {
         "time_limit_s": number("FAILURE after so long"),
         "radius_m": number("how far out"),
@@ -60,13 +66,18 @@ class SpiralSearch(MotionLeaf):
 
     def make_skill(self) -> Skill:
         config = self.config()
-        return SpiralSearchSkill(
-            config,
-            time_limit_s=self.get_input("time_limit_s", config.search.spiral_time_limit_s),
-            radius_m=self.get_input("radius_m", config.search.spiral_radius_m),
-            spacing_m=self.get_input("spacing_m", config.search.spiral_spacing_m),
-            speed_mps=self.get_input("speed_mps", config.search.spiral_speed_mps),
-        )
+        asked = {
+            "time_limit_s": self.get_input("time_limit_s", config.search.spiral_time_limit_s),
+            "radius_m": self.get_input("radius_m", config.search.spiral_radius_m),
+            "spacing_m": self.get_input("spacing_m", config.search.spiral_spacing_m),
+            "speed_mps": self.get_input("speed_mps", config.search.spiral_speed_mps),
+        }
+        begun = self.read(keys.SEARCH)
+        if begun is None or begun[0] != asked:
+            begun = (asked, SpiralSearchSkill(config, **asked))
+            self.write(keys.SEARCH, begun)
+        skill: Skill = begun[1]
+        return skill
 
 
 class LookRound(TurningLeaf):

@@ -20,7 +20,8 @@ from target_nav.nav.arrival import ConfirmArrival
 from target_nav.nav.blind_approach import BlindApproach
 from target_nav.nav.limiter import VelocityLimiter
 from target_nav.nav.navigate import NavigateToTarget
-from target_nav.nav.route import CELL_M, RoutePlanner
+from target_nav.nav.route import RoutePlanner
+from target_nav.nav.route_grid import CELL_M
 from target_nav.nav.skill import Skill, SkillStatus, View
 from target_nav.nav.spiral_search import SpiralSearch
 from target_nav.nav.turn_search import TurnSearch

@@ -15,6 +15,7 @@ GROUP=$(id -gn "$OWNER")
 DEST=${DESTDIR:-}
 ROS_PACKAGES=(ros-base robot-state-publisher rplidar-ros tf2-msgs py-trees-ros-interfaces rosbag2-storage-mcap)
 SYSTEM_PACKAGES=(python3-venv python3-dev python3-rosdep g++ rsync logrotate)
+PANEL_PACKAGES=(python3-gi python3-gi-cairo gir1.2-gtk-3.0 python3-numpy python3-yaml fonts-dejavu-core adwaita-icon-theme)
 OWN_GROUPS=(dialout video)
 
 dry=false apt=true environment=true system=true enable=false
@@ -61,7 +62,7 @@ as_root() {
 is_installed() { [[ $(dpkg-query -W -f='${db:Status-Abbrev}' "$1" 2>/dev/null) == ii* ]]; }
 
 install_packages() {
-  local wanted=("${SYSTEM_PACKAGES[@]}" "${ROS_PACKAGES[@]/#/ros-$DISTRO-}") missing=() package
+  local wanted=("${SYSTEM_PACKAGES[@]}" "${PANEL_PACKAGES[@]}" "${ROS_PACKAGES[@]/#/ros-$DISTRO-}") missing=() package
   for package in "${wanted[@]}"; do is_installed "$package" || missing+=("$package"); done
   if ((${#missing[@]} == 0)); then return; fi
   as_root apt-get update

@@ -50,11 +50,19 @@ fast_tests() {
   fi
 }
 
+# The panel's tests drive it on a screen of their own; where its packages cannot be had they are skipped with a reason.
+check 'packages of the panel' scripts/install-panel.sh --test --if-root
 check 'ruff check' "$bin/ruff" check .
 check 'ruff format' "$bin/ruff" format --check .
 check 'mypy' "$bin/mypy"
 check 'import contracts' "$bin/lint-imports" --no-logo --cache-dir .cache/import-linter
-check 'shellcheck' "$bin/shellcheck" -x scripts/*.sh scripts/lib/*.sh .ci/run
+check 'shellcheck' "$bin/shellcheck" -x scripts/*.sh scripts/lib/*.sh deploy/firmware/*.sh .ci/run
+# The image that is flashed, with its use of flash and RAM; the tests run it under simavr.
+if deploy/firmware/install-tools.sh --check; then
+  check 'firmware for the ATmega2560' make --no-print-directory -C deploy/firmware avr
+else
+  rows+=("$(printf '%-34s %s' 'firmware for the ATmega2560' 'no tools: deploy/firmware/install-tools.sh')")
+fi
 
 own=$("$bin/python" -c 'import sys; print(sys.version_info.minor)')
 mapfile -t pythons < <("$BASE_PYTHON" scripts/setup_environment.py --list-pythons)

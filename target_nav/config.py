@@ -78,6 +78,13 @@ class LidarConfig:
     noise_scale: float = quantity(1.0, "1", 0.0, 10.0, "simulator: factor on the measured noise")
     dropout_scale: float = quantity(1.0, "1", 0.0, 3.0, "simulator: factor on the measured drop-outs")
     lost_scan_probability: float = quantity(0.01, "1", 0.0, 1.0, "simulator: a whole turn is lost")
+    true_profile: bool = field(
+        default=False,
+        metadata={
+            "doc": "simulator: a pin is as thin as its shape is at the LiDAR's height, not as its belly"
+        },
+    )
+    range_offset_m: float = quantity(0.0, "m", -0.1, 0.1, "simulator: every range is too long by this")
 
 
 @dataclass(frozen=True)
@@ -101,6 +108,9 @@ class CameraConfig:
     false_rate: float = quantity(0.02, "1/frame", 0.0, 1.0, "simulator: false boxes a frame")
     mount_error_rad: float = quantity(
         0.008, "rad", -0.2, 0.2, "simulator: constant bearing error (measured <= 0.8 deg)"
+    )
+    focal_error: float = quantity(
+        0.0, "1", -0.2, 0.2, "simulator: the true focal length is longer by this share (measured <= 4.4 %)"
     )
     max_range_m: float = quantity(
         4.0, "m", 0.2, 50.0, "simulator: beyond it the target is too small to be found"
@@ -202,11 +212,22 @@ class ApproachConfig:
 @dataclass(frozen=True)
 class SearchConfig:
     time_limit_s: float = quantity(30.0, "s", 1.0, 600.0, "searching by turning gives up (reference)")
-    yaw_rate_radps: float = quantity(0.5, "rad/s", 0.05, 3.0, "turning while searching")
+    yaw_rate_radps: float = quantity(0.8, "rad/s", 0.05, 3.0, "turning while searching: 13 frames a picture")
     spiral_time_limit_s: float = quantity(90.0, "s", 1.0, 3600.0, "spiral search gives up")
     spiral_spacing_m: float = quantity(0.8, "m", 0.1, 5.0, "distance of one turn of the spiral to the next")
     spiral_radius_m: float = quantity(4.0, "m", 0.2, 20.0, "how far out the spiral goes")
-    spiral_speed_mps: float = quantity(0.20, "m/s", 0.02, 2.0, "speed along the spiral")
+    spiral_speed_mps: float = quantity(0.25, "m/s", 0.02, 2.0, "speed along the spiral")
+
+
+@dataclass(frozen=True)
+class ManualConfig:
+    """Driving by hand, from the panel or the console."""
+
+    speed_mps: float = quantity(0.15, "m/s", 0.02, 2.0, "ahead and sideways while a key or the pad is held")
+    yaw_rate_radps: float = quantity(0.6, "rad/s", 0.05, 3.0, "turning while a key or the pad is held")
+    timeout_s: float = quantity(
+        0.2, "s", 0.1, 1.0, "deadman: no word for so long that it is still held, and the wheels stop"
+    )
 
 
 @dataclass(frozen=True)
@@ -240,6 +261,9 @@ class DetectorConfig:
 class SerialConfig:
     port: str = field(default="/dev/ttyACM0", metadata={"doc": "serial port of the Arduino"})
     baud: int = quantity(115200, "baud", 1200, 2000000, "serial speed")
+    cmd_vel_stale_s: float = quantity(
+        0.2, "s", 0.05, 5.0, "arduino node: no /cmd_vel, zero velocity; with the firmware's step under 0.3 s"
+    )
     cmd_vel_timeout_s: float = quantity(0.5, "s", 0.05, 5.0, "arduino node: no /cmd_vel, STOP (reference)")
     vel_watchdog_s: float = quantity(0.2, "s", 0.05, 5.0, "firmware: no VEL, stop (reference)")
 
@@ -254,6 +278,15 @@ class OdometryConfig:
     )
     yaw_scale: float = quantity(1.0, "1", 0.5, 2.0, "the same for turning")
     max_gap_s: float = quantity(0.25, "s", 0.05, 5.0, "of a longer silence only so much is integrated")
+
+
+@dataclass(frozen=True)
+class GoalConfig:
+    """Where a mission goes that names no place of its own (trees/go_to_point.xml): in odom, home by default."""
+
+    x_m: float = quantity(0.0, "m", -1000.0, 1000.0, "forward of where odometry began")
+    y_m: float = quantity(0.0, "m", -1000.0, 1000.0, "to the left of where odometry began")
+    within_m: float = quantity(0.10, "m", 0.03, 5.0, "base_link as near as this is there")
 
 
 @dataclass(frozen=True)
@@ -275,10 +308,12 @@ class Config:
     approach: ApproachConfig = ApproachConfig()
     search: SearchConfig = SearchConfig()
     arrival: ArrivalConfig = ArrivalConfig()
+    manual: ManualConfig = ManualConfig()
     detector: DetectorConfig = DetectorConfig()
     serial: SerialConfig = SerialConfig()
     ipc: IpcConfig = IpcConfig()
     odometry: OdometryConfig = OdometryConfig()
+    goal: GoalConfig = GoalConfig()
 
     def override(self, values: Mapping[str, object], source: str = "override") -> Config:
         """A copy with dotted keys replaced: `override({"lidar.rate_hz": 10.0})`.

@@ -1,20 +1,19 @@
-"""Many runs in virtual time, spread over processes, told as a table and as JSON lines."""
+"""Many runs in virtual time, spread over processes, told as JSON lines. Figures and tables: `campaign_table`."""
 
 from __future__ import annotations
 
 import json
 import multiprocessing
+import time
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TextIO
 
-import numpy as np
-from rich.table import Table
-
 from target_nav.app.virtual import RunResult, run_virtual
 from target_nav.sim.arena import load_arena
+from target_nav.sim.generator import GeneratedName
 
 
 @dataclass(frozen=True)
@@ -24,20 +23,62 @@ class RunOrder:
     arena: str
     seed: int
     mission: str
+    with_trace: bool = False
+    """Keep the true poses of a run that went well too; those of a failed one are kept for its picture."""
     pixels: bool = False
+    """Look at rendered pictures instead of projected boxes."""
+
+
+@dataclass(frozen=True)
+class TimedResult:
+    """`order` is what was asked for; `busy_s` the processor time it took, which is no part of the result."""
+
+    order: RunOrder
+    result: RunResult
+    busy_s: float
 
 
 def orders(
-    arenas: Sequence[str], seeds: int, first_seed: int, mission: Path, pixels: bool = False
+    arenas: Sequence[str],
+    seeds: int,
+    first_seed: int,
+    mission: Path,
+    with_trace: bool = False,
+    pixels: bool = False,
 ) -> list[RunOrder]:
-    return [RunOrder(arena, first_seed + k, str(mission), pixels) for arena in arenas for k in range(seeds)]
+    """Each arena with each of `seeds` seeds."""
+    return [
+        RunOrder(arena, first_seed + k, str(mission), with_trace, pixels)
+        for arena in arenas
+        for k in range(seeds)
+    ]
 
 
-def execute(order: RunOrder) -> RunResult:
-    return run_virtual(load_arena(order.arena), Path(order.mission), order.seed, pixels=order.pixels)
+def generated_orders(
+    count: int, seed: int, seeds: int, mission: Path, with_trace: bool = False, pixels: bool = False
+) -> list[RunOrder]:
+    """The first `count` arenas of a generator's seed. Each run has a seed, and so a noise, of its own."""
+    return [
+        RunOrder(
+            str(GeneratedName(seed, number)), seed + number * seeds + k, str(mission), with_trace, pixels
+        )
+        for number in range(count)
+        for k in range(seeds)
+    ]
 
 
-def run_all(todo: Sequence[RunOrder], jobs: int) -> Iterator[RunResult]:
+def execute(order: RunOrder) -> TimedResult:
+    arena = load_arena(order.arena)
+    begin_s = time.process_time()
+    result = run_virtual(arena, Path(order.mission), order.seed, pixels=order.pixels)
+    busy_s = time.process_time() - begin_s
+    if result.as_expected and not order.with_trace:
+        # a thousand traces are half a gigabyte
+        result = replace(result, trace=())
+    return TimedResult(order, result, busy_s)
+
+
+def run_all(todo: Sequence[RunOrder], jobs: int) -> Iterator[TimedResult]:
     """Results as they come, in no order. One process a job: py_trees keeps one blackboard a process."""
     if jobs <= 1:
         yield from map(execute, todo)
@@ -48,39 +89,21 @@ def run_all(todo: Sequence[RunOrder], jobs: int) -> Iterator[RunResult]:
             yield done.result()
 
 
+def in_order(results: Iterable[TimedResult], todo: Sequence[RunOrder]) -> list[TimedResult]:
+    """As they were ordered, whatever order they came in."""
+    place = {order: index for index, order in enumerate(todo)}
+    return sorted(results, key=lambda timed: place[timed.order])
+
+
 def write_json_lines(results: Iterable[RunResult], out: TextIO, traces: bool) -> None:
-    for result in sorted(results, key=lambda r: (r.arena, r.seed)):
-        out.write(json.dumps(result.as_json(with_trace=traces), sort_keys=False) + "\n")
-
-
-def table_of(results: Sequence[RunResult]) -> Table:
-    """One row an arena and one for all of it."""
-    table = Table(title="campaign", caption="stop error and bearing error of runs that arrived")
-    for column in ("arena", "runs", "as expected", "collided", "time-outs"):
-        table.add_column(column, justify="left" if column == "arena" else "right")
-    for column in ("stop error p50 / p95", "bearing p95", "time p50", "least clearance"):
-        table.add_column(column, justify="right")
-    groups: dict[str, list[RunResult]] = {}
     for result in results:
-        groups.setdefault(result.arena, []).append(result)
-    for name in sorted(groups):
-        table.add_row(name, *_figures(groups[name]))
-    table.add_section()
-    table.add_row("all", *_figures(list(results)), style="bold")
-    return table
+        out.write(json.dumps(result.as_json(with_trace=traces), sort_keys=False) + "\n")
+    out.flush()
 
 
-def _figures(runs: list[RunResult]) -> list[str]:
-    stops = np.abs([r.stop_error_m for r in runs if r.success and r.stop_error_m is not None])
-    bearings = np.abs([r.bearing_error_rad for r in runs if r.success and r.bearing_error_rad is not None])
-    good = sum(r.as_expected for r in runs)
-    return [
-        str(len(runs)),
-        f"{good} ({100.0 * good / len(runs):.1f} %)",
-        str(sum(r.collided for r in runs)),
-        str(sum(r.timeout for r in runs)),
-        f"{1e3 * np.median(stops):.0f} / {1e3 * np.percentile(stops, 95):.0f} mm" if stops.size else "-",
-        f"{np.degrees(np.percentile(bearings, 95)):.1f} deg" if bearings.size else "-",
-        f"{np.median([r.time_s for r in runs]):.1f} s",
-        f"{1e3 * min(r.min_clearance_m for r in runs):.0f} mm",
-    ]
+def replay_command(order: RunOrder) -> str:
+    """What makes the same run again, to be looked at."""
+    mission = Path(order.mission)
+    name = mission.stem if mission.parent.name == "trees" else order.mission
+    flag = " --pixels" if order.pixels else ""
+    return f"target-nav run --sim {order.arena} --virtual{flag} --seed {order.seed} --mission {name}"

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
+from target_nav.app import gui_launch
 from target_nav.app.paths import REFERENCE_MISSION, mission_path
 from target_nav.config import Config
 from target_nav.errors import TargetNavError
@@ -43,7 +44,8 @@ LATE_S = 0.005
 def examine(config: Config) -> Iterator[Finding]:
     """All checks, one after the other, so that they can be shown as they come."""
     checks: tuple[Callable[[Config], Iterator[Finding]], ...] = (
-        _python, _wheels, _ros, _shared_memory, _serial, _camera, _clocks, _cores, _mission,
+        _python, _wheels, _ros, _shared_memory, _serial, _camera, _clocks, _cores, _panel, _mission,
+        _firmware,
     )  # fmt: skip
     for check in checks:
         yield from check(config)
@@ -188,6 +190,29 @@ def _cores(config: Config) -> Iterator[Finding]:
             f"{cores}",
             "processes are pinned from 4 cores on; here the kernel places them",
         )
+
+
+def _panel(config: Config) -> Iterator[Finding]:
+    lacks = gui_launch.missing_packages()
+    if lacks:
+        yield Finding(
+            "panel", Verdict.NOTE, lacks.split(":")[0], "scripts/install-panel.sh, for target-nav gui"
+        )
+    elif not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        yield Finding("panel", Verdict.OK, "GTK 3 is there; no display in this session")
+    else:
+        yield Finding("panel", Verdict.OK, f"GTK 3 and a display: {gui_launch.python_of()}")
+
+
+def _firmware(config: Config) -> Iterator[Finding]:
+    from target_nav.sim.firmware_library import firmware_version
+
+    try:
+        version = firmware_version()
+    except TargetNavError as error:
+        yield Finding("simulator's firmware", Verdict.NOTE, str(error), "needed to simulate only")
+    else:
+        yield Finding("simulator's firmware", Verdict.OK, f"version {version}, built for this machine")
 
 
 def _mission(config: Config) -> Iterator[Finding]:

@@ -15,13 +15,15 @@ import click
 from rich.console import Console
 
 from behaviours.approach import stand_off_of
+from target_nav.app import gui_launch
 from target_nav.app.live_view import LineView, View, make_view
+from target_nav.app.process_channel import ProcessChannel
 from target_nav.app.process_table import StackOptions, robot_stack, simulation_stack
 from target_nav.app.robot_ports import arduino_port, lidar_port
 from target_nav.app.ros_support import RosNode
 from target_nav.app.run_folder import RunFolder, make_run_folder
 from target_nav.app.run_report import finish_run, outcome_line
-from target_nav.app.settings import write_config
+from target_nav.app.settings import default_settings_file, load_config, write_config
 from target_nav.app.supervisor import StackState, Supervisor
 from target_nav.config import Config
 from target_nav.errors import DeviceError
@@ -54,6 +56,11 @@ class StackOrder:
     prefix: str
     headless: bool
     wait: bool
+    gui: bool = False
+    config: Path | None = None
+    """YAML file of dotted keys, over the arena's profile."""
+    settings: Path | None = None
+    """The operator's saved changes; None: the robot's own file, and none in simulation."""
 
 
 def run_stack(order: StackOrder) -> dict[str, Any]:
@@ -64,28 +71,45 @@ def run_stack(order: StackOrder) -> dict[str, Any]:
     """
     arena = load_arena(order.arena_name) if order.arena_name is not None else None
     config = (arena.config if arena is not None else Config()).override({"ipc.prefix": order.prefix})
+    if order.config is not None:
+        config = load_config(order.config, config)
     _refuse_second_instance(order.prefix)
     # a reader would first meet the last words of an earlier run
     channels.remove(order.prefix)
     folder = make_run_folder(order.out)
     config_file = folder.path / "config.yaml"
     write_config(config, config_file)
+    settings_file = order.settings
+    if settings_file is None:
+        settings_file = default_settings_file() if arena is None else folder.path / "settings.yaml"
+    no_panel = gui_launch.problem() if order.gui else ""
     options = StackOptions(
-        folder.path, str(order.mission), order.prefix, config_file, folder.recording, go=not order.wait
+        folder.path,
+        str(order.mission),
+        order.prefix,
+        config_file,
+        folder.recording,
+        go=not order.wait,
+        gui=order.gui and not no_panel,
+        settings_file=settings_file.absolute(),
     )
     if order.arena_name is not None:
         specs = simulation_stack(options, order.arena_name, order.seed)
     else:
-        specs = robot_stack(options, arduino_port(config), lidar_port(config))
+        saved = load_config(settings_file, config) if settings_file.exists() else config
+        specs = robot_stack(options, arduino_port(saved), lidar_port(saved))
     console = Console(soft_wrap=order.headless)
     view: View = LineView(console) if order.headless else make_view(console)
     watch = _Watch(arena.time_limit_s if arena is not None and not order.wait else math.inf, order.wait)
     console.print(
         f"{order.mission.stem} in {order.arena_name or 'the real world'}; everything goes to {folder.path}/"
     )
+    if no_panel:
+        console.print(no_panel)
     with (
         Supervisor(specs, folder.path) as supervisor,
         contextlib.closing(channels.open_reader(channels.NAV, prefix=order.prefix)) as reader,
+        contextlib.closing(ProcessChannel(order.prefix)) as processes,
         _tree_feed(order.headless) as feed,
         view,
     ):
@@ -94,6 +118,7 @@ def run_stack(order: StackOrder) -> dict[str, Any]:
                 state = supervisor.poll()
                 watch.see(reader.take_new(), running=state is StackState.RUNNING)
                 view.show(watch.nav, feed.behaviours(), supervisor.statuses())
+                processes.tell(supervisor.statuses())
                 time.sleep(VIEW_PERIOD_S)
         except KeyboardInterrupt:
             watch.interrupted = True

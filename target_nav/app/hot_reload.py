@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import ClassVar
@@ -19,6 +19,7 @@ from typing import ClassVar
 from py_trees.behaviour import Behaviour
 
 from target_nav.app.nav_core import NavCore
+from target_nav.app.paths import mission_path
 from target_nav.errors import MissionError
 from target_nav.mission import LoadedMission
 from target_nav.mission.check import analyse
@@ -46,6 +47,8 @@ class Finding:
     at_once: bool = False
     same: bool = False
     """They are again what was loaded: there is nothing to be taken."""
+    checker: MissionChecker | None = field(default=None, compare=False)
+    """Of another mission than the present one."""
 
     SAME: ClassVar[Finding]
 
@@ -126,16 +129,28 @@ class HotReload:
         self._still_since_s: float | None = None
         self._ready: Finding | None = None
         self._asked = False
+        self._other: Path | None = None
+        self._notice = ""
         self._closed = False
         self._wake = threading.Event()
         self._thread = threading.Thread(target=self._run, name="hot reload", daemon=True)
         self._thread.start()
+
+    def load(self, path: Path) -> None:
+        """Check another mission, in a moment, and take it in place of the present one; the operator is told."""
+        self._other = path
+        self._wake.set()
 
     def after_tick(self, record: TickRecord) -> None:
         """Swap in what is ready, if now is the time."""
         if self._core.take_reload():
             self._asked = True
             self._wake.set()
+        if name := self._core.operator.take_load():
+            self.load(mission_path(name))
+        notice, self._notice = self._notice, ""
+        if notice:
+            self._core.operator.tell(notice)
         stands = record.requested == STOP and record.sent == STOP
         if not stands:
             self._still_since_s = None
@@ -147,28 +162,29 @@ class HotReload:
         long_enough = self._still_since_s is not None and record.now_s - self._still_since_s >= STILL_S
         if ready.at_once or (self._mode is ReloadMode.STILL and long_enough):
             self._ready = None
-            self._swap()
+            self._swap(ready.checker or self.checker)
 
     def close(self) -> None:
         self._closed = True
         self._wake.set()
         self._thread.join(timeout=2.0)
 
-    def _swap(self) -> None:
+    def _swap(self, checker: MissionChecker) -> None:
         try:
-            mission = replace_mission(self.checker.path, self._core.root, self._take_over)
+            mission = replace_mission(checker.path, self._core.root, self._take_over)
         except MissionError as error:
             # it was right a moment ago
-            log.error(
-                "%s has errors and is not taken; the present mission stays\n%s", self.checker.path, error
-            )
+            log.error("%s has errors and is not taken; the present mission stays\n%s", checker.path, error)
             return
-        self.checker.take()
+        self.checker = checker
+        checker.take()
         self.swaps += 1
         log.info("mission %s loaded anew from %s; it waits for GO", mission.main_tree, mission.path)
 
     def _take_over(self, mission: LoadedMission) -> None:
         self._core.replace_tree(mission.root)
+        self._core.mission_name = mission.path.stem
+        self._core.operator.tell(f"mission {mission.path.stem} loaded; it waits for GO")
         self._on_swap(mission.root)
 
     def _run(self) -> None:
@@ -178,7 +194,11 @@ class HotReload:
             if self._closed:
                 return
             asked, self._asked = self._asked, False
+            other, self._other = self._other, None
             try:
+                if other is not None:
+                    self._check_other(other)
+                    continue
                 found = self.checker.look(asked)
             except Exception:
                 log.exception("the mission's files cannot be checked; the present mission stays")
@@ -186,6 +206,17 @@ class HotReload:
             if found is not None:
                 self._tell(found)
                 self._ready = None if found.problems or found.same else found
+
+    def _check_other(self, path: Path) -> None:
+        candidate = MissionChecker(path, ())
+        problems = candidate.problems()
+        if problems:
+            log.error(
+                "%s has errors and is not taken; the present mission stays\n%s", path, "\n".join(problems)
+            )
+            self._notice = f"{path.name} has errors, the present mission stays: {problems[0]}"
+            return
+        self._ready = Finding(at_once=True, checker=candidate)
 
     def _tell(self, found: Finding) -> None:
         path = self.checker.path

@@ -14,14 +14,14 @@ from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 
-from target_nav.app import launcher, wait_for
+from target_nav.app import gui_launch, launcher, wait_for
 from target_nav.app.paths import REFERENCE_MISSION
 from target_nav.app.process import EXIT_CANNOT_RUN, READY_FILE_VARIABLE
 from target_nav.app.process_spec import ProcessSpec, ReadyWhen
 from target_nav.app.process_table import StackOptions, recorder, robot_stack, simulation_stack
 from target_nav.app.robot_ports import arduino_port, lidar_port
 from target_nav.app.run_folder import make_run_folder
-from target_nav.app.settings import load_config, write_config
+from target_nav.app.settings import default_settings_file, load_config, write_config
 from target_nav.app.supervised import exit_text
 from target_nav.app.supervisor import process_environment
 from target_nav.config import Config
@@ -33,10 +33,11 @@ BRINGUP_ARGUMENTS = {
     "sim": ("", "arena file or name: simulate. Empty: the robot"),
     "seed": ("1", "of all that is random in the simulator"),
     "go": ("false", "begin the mission without waiting for an operator's GO"),
-    "gui": ("false", "open the operator's panel"),
+    "gui": ("false", "open the operator's panel, where there is a display"),
     "record": ("false", "record the stack's topics into a bag in the run's folder"),
     "own_lidar_driver": ("false", "drive the LiDAR with lidar_node even where rplidar_ros is installed"),
     "config": ("", "YAML file of dotted keys, as in lidar.rate_hz: 10.0"),
+    "settings": ("", "YAML file of the operator's saved changes. Empty: the robot's own, none in simulation"),
     "prefix": (Config().ipc.prefix, "of the channels in /dev/shm"),
     "out": ("runs", "parent of the run's folder"),
 }
@@ -47,10 +48,6 @@ RECORD_ARGUMENTS = {
     "topics": ("", "instead of those of this stack, separated by blanks"),
     "out": ("runs", "parent of the run's folder"),
 }
-
-NO_PANEL = (
-    "gui:=true: there is no operator's panel yet; `target-nav say go` and `target-nav say stop` do its work"
-)
 
 
 @dataclass(frozen=True)
@@ -84,6 +81,11 @@ def plan_bringup(values: Mapping[str, str]) -> Plan:
     run_dir = make_run_folder(Path(values["out"])).path.resolve()
     config_file = run_dir / "config.yaml"
     write_config(config, config_file)
+    no_panel = gui_launch.problem() if panel else ""
+    if not values["settings"]:
+        settings_file = run_dir / "settings.yaml" if values["sim"] else default_settings_file()
+    else:
+        settings_file = Path(values["settings"])
     options = StackOptions(
         run_dir,
         values["mission"],
@@ -92,12 +94,15 @@ def plan_bringup(values: Mapping[str, str]) -> Plan:
         go=go,
         bag=run_dir / "bag" if record else None,
         own_lidar_driver=own_driver,
+        gui=panel and not no_panel,
+        settings_file=settings_file.absolute(),
     )
     if values["sim"]:
         specs = simulation_stack(options, values["sim"], seed)
     else:
-        specs = robot_stack(options, arduino_port(config), lidar_port(config))
-    return _plan(specs, run_dir, (NO_PANEL,) if panel else ())
+        saved = load_config(settings_file, config) if settings_file.exists() else config
+        specs = robot_stack(options, arduino_port(saved), lidar_port(saved))
+    return _plan(specs, run_dir, (f"gui:=true: {no_panel}",) if no_panel else ())
 
 
 def plan_record(values: Mapping[str, str]) -> Plan:

@@ -14,17 +14,20 @@ from typing import Protocol
 import py_trees
 from py_trees.common import Status
 
+from target_nav.app.avoid_picture import avoid_snapshot
+from target_nav.app.operator_desk import OperatorDesk
 from target_nav.app.tree_probe import TreeProbe
 from target_nav.app.world_board import WorldBoard
 from target_nav.config import Config
 from target_nav.nav.limiter import Limited, VelocityLimiter
+from target_nav.nav.manual_drive import OWNER as MANUAL_OWNER
 from target_nav.nav.obstacles import ObstacleMemory
 from target_nav.nav.poses import PoseHistory
 from target_nav.nav.tracker import TargetTracker
 from target_nav.nav.visited import VISITED_RADIUS_M, without_visited
 from target_nav.state import keys
 from target_nav.state.dispatcher import CommandDispatcher
-from target_nav.state.snapshots import NavSnapshot
+from target_nav.state.snapshots import AvoidSnapshot, NavSnapshot
 from target_nav.state.types import (
     STOP,
     Command,
@@ -103,6 +106,11 @@ class NavCore:
                 CommandKind.RESUME: self._resume,
                 CommandKind.STEP: self._step,
                 CommandKind.RELOAD: self._reload,
+                CommandKind.MANUAL: self._by_operator,
+                CommandKind.SETTING: self._by_operator,
+                CommandKind.LOAD: self._by_operator,
+                CommandKind.TARGET: self._by_operator,
+                CommandKind.FIRMWARE: self._by_operator,
             }
         )
         self._requested = False
@@ -111,6 +119,11 @@ class NavCore:
         self._paused = False
         self._single_step = False
         self._reload_asked = False
+        self.operator = OperatorDesk(
+            config, self._board, lambda: self._requested, self._configure, self._begin_anew
+        )
+        self.mission_name = ""
+        """For people; whoever loads a mission says it."""
         self._finished: Outcome | None = None
         self._last_now_s: float | None = None
         self._dt_s = 1.0 / config.loop.rate_hz
@@ -122,7 +135,7 @@ class NavCore:
     def tick(self, now_s: float, loop: LoopStatistics = LoopStatistics()) -> TickRecord:
         inputs = self._read_inputs(now_s)
         self._update_track(inputs)
-        self._tick_tree()
+        self._tick_tree(inputs.now_s)
         limited = self._limit_velocity(inputs)
         record = self._publish(inputs, limited, loop)
         self._record(inputs, record)
@@ -138,6 +151,16 @@ class NavCore:
         """Whether RELOAD was said since the last call."""
         asked, self._reload_asked = self._reload_asked, False
         return asked
+
+    def avoidance(self) -> AvoidSnapshot:
+        """What VFH saw and chose in the last tick, for a screen."""
+        request: MotionRequest | None = self._board.read(keys.REQUEST)
+        return avoid_snapshot(
+            self._last_now_s or 0.0,
+            self._pose,
+            request.avoidance if request is not None else None,
+            self._board.read(keys.OBSTACLES),
+        )
 
     def close(self) -> None:
         """Halt the tree and send zero."""
@@ -179,11 +202,25 @@ class NavCore:
         self._board.write(keys.TRACK, self._track)
         self._board.write(keys.OBSTACLES, self._obstacles.points_in_base(self._pose, self._track, spec))
 
-    def _tick_tree(self) -> None:
+    def _tick_tree(self, now_s: float) -> None:
+        if self._hand_drives:
+            # a leaf that does not ask again must not inherit what a hand asked for
+            self._board.write(keys.REQUEST, None)
         if self.held or (self._paused and not self._single_step) or self._finished is not None:
             self._board.write(keys.REQUEST, None)
-            return
-        self._single_step = False
+        else:
+            self._single_step = False
+            self._tick_mission()
+        by_hand = None if self._requested or self.held else self.operator.manual.request(now_s)
+        if by_hand is not None:
+            self._board.write(keys.REQUEST, by_hand)
+
+    @property
+    def _hand_drives(self) -> bool:
+        request = self._board.read(keys.REQUEST)
+        return request is not None and request.owner == MANUAL_OWNER
+
+    def _tick_mission(self) -> None:
         self.root.tick_once()
         self._tick += 1
         if self.root.status in (Status.SUCCESS, Status.FAILURE):
@@ -235,12 +272,14 @@ class NavCore:
             self.root.stop(Status.INVALID)
             self._finished, self._requested = None, False
         if not self._requested:
-            self._board.write(keys.VISITED, None)
+            self._forget_places()
         self._requested, self._paused = True, False
+        self.operator.end_by_hand()
         log.info("GO")
 
     def _stop(self, command: Command) -> None:
         self._requested, self._paused, self._finished = False, False, None
+        self.operator.end_by_hand()
         log.info("STOP")
 
     def _reset_odometry(self, command: Command) -> None:
@@ -248,8 +287,13 @@ class NavCore:
         self._poses.clear()
         self._tracker.reset()
         self._obstacles.clear()
-        self._board.write(keys.VISITED, None)
+        self._forget_places()
         log.info("odometry reset")
+
+    def _forget_places(self) -> None:
+        """What the mission has remembered of the floor, in odom."""
+        self._board.write(keys.VISITED, None)
+        self._board.write(keys.SEARCH, None)
 
     def _pause(self, command: Command) -> None:
         self._paused = True
@@ -265,6 +309,20 @@ class NavCore:
 
     def _reload(self, command: Command) -> None:
         self._reload_asked = True
+
+    def _by_operator(self, command: Command) -> None:
+        self.operator.obey(command)
+
+    def _begin_anew(self) -> None:
+        """The mission from its beginning, for what it did there (SetTarget) may come out otherwise now."""
+        self.root.stop(Status.INVALID)
+        self._finished = None
+        self._tracker.reset()
+
+    def _configure(self, config: Config) -> None:
+        self.config = config
+        self._board.write(keys.CONFIG, config)
+        self._limiter.configure(config)
 
     # ----------------------------------------------------------------------------------------------------------------
 
@@ -288,6 +346,12 @@ class NavCore:
             rate_hz=loop.rate_hz,
             jitter_p99_s=loop.jitter_p99_s,
             overruns=loop.overruns,
+            mission=self.mission_name,
+            paused=self._paused or self.held,
+            manual=self._hand_drives,
+            settings_crc=self.operator.settings_crc,
+            notice=self.operator.notice,
+            notice_count=self.operator.notice_count,
         )
 
 

@@ -16,9 +16,9 @@ from target_nav.app.ros_convert import odometry_from_msg, scan_from_msg, twist_t
 from target_nav.app.ros_support import RosNode, command_qos, latched_qos, sensor_qos, stream_qos
 from target_nav.config import Config
 from target_nav.ipc import channels
-from target_nav.state.snapshots import LaserSnapshot, NavSnapshot
+from target_nav.state.snapshots import AvoidSnapshot, LaserSnapshot, NavSnapshot
 from target_nav.state.stores import LatestStore, QueueStore
-from target_nav.state.types import STOP, Command, Inputs, Odometry, Pose2D, Scan, Twist2D
+from target_nav.state.types import STOP, Command, CommandKind, Inputs, Odometry, Pose2D, Scan, Twist2D
 from target_nav.utils.frames import points_to_parent
 
 ODOMETRY_WAITING = 100
@@ -57,11 +57,13 @@ class NavIo:
         prefix = config.ipc.prefix
         self._nav = channels.open_writer(channels.NAV, prefix=prefix)
         self._laser = channels.open_writer(channels.LASER, prefix=prefix)
+        self._avoid = channels.open_writer(channels.AVOID, prefix=prefix)
         self._detections = channels.open_reader(channels.DET, prefix=prefix)
         self._commands = channels.open_command_reader(prefix)
 
         self._send_twist = ros.publisher(Twist, "/cmd_vel", command_qos())
         self._send_state = ros.publisher(String, "/nav_state", stream_qos())
+        self._send_drive_command = ros.publisher(String, "/arduino/cmd", command_qos())
         self._send_reset = ros.publisher(Empty, "/reset_odom", command_qos())
         self._string, self._empty = String, Empty
         ros.subscribe(LaserScan, "/scan", self._take_scan, sensor_qos())
@@ -93,6 +95,9 @@ class NavIo:
 
     def publish(self, snapshot: NavSnapshot, inputs: Inputs) -> None:
         self._publish_twist(snapshot)
+        if any(command.kind is CommandKind.STOP for command in inputs.commands):
+            # A zero velocity leaves a position move alone; the operator's STOP does not.
+            self._send_drive_command(self._string(data="STOP"))
         self._nav.write(snapshot)
         self._publish_laser(snapshot.pose_in_odom, inputs.scan)
         self._publish_state(snapshot)
@@ -104,12 +109,18 @@ class NavIo:
     def reset_odometry(self) -> None:
         self._send_reset(self._empty())
 
+    def send_to_firmware(self, line: str) -> None:
+        self._send_drive_command(self._string(data=line))
+
+    def publish_avoidance(self, avoidance: AvoidSnapshot) -> None:
+        self._avoid.write(avoidance)
+
     def stop_wheels(self) -> None:
         """The last word of a process that ends, for whatever reason."""
         self._send_twist(twist_to_msg(STOP))
 
     def close(self) -> None:
-        for channel in (self._nav, self._laser, self._detections, self._commands):
+        for channel in (self._nav, self._laser, self._avoid, self._detections, self._commands):
             channel.close()
 
     # ------------------------------------------------------------------------------------------------------------------
@@ -119,7 +130,9 @@ class NavIo:
         return injected
 
     def _publish_twist(self, snapshot: NavSnapshot) -> None:
-        active = (snapshot.requested and snapshot.outcome is None) or snapshot.twist_sent != STOP
+        # driving by hand begins with zeros too: the firmware tells its odometry only while somebody drives
+        wanted = (snapshot.requested and snapshot.outcome is None) or snapshot.manual
+        active = wanted or snapshot.twist_sent != STOP
         if active:
             self._quiet_from_s = snapshot.stamp_s + QUIET_AFTER_S
         if self._quiet_from_s is not None and snapshot.stamp_s <= self._quiet_from_s:

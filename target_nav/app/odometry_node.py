@@ -39,8 +39,8 @@ RAW_DEPTH = 50
 log = logging.getLogger(__name__)
 
 
-def parse_raw(text: str, now_s: float) -> tuple[float, Twist2D]:
-    """Stamp and velocity of one message on /arduino/odom_raw.
+def parse_raw(text: str, now_s: float) -> tuple[float, Twist2D, int | None]:
+    """Stamp, velocity and the firmware's clock (None: not told) of one message on /arduino/odom_raw.
 
     Raises:
         BadMessageError: not the arduino node's JSON, a number that is not finite, a stamp far off.
@@ -48,7 +48,8 @@ def parse_raw(text: str, now_s: float) -> tuple[float, Twist2D]:
     try:
         data = json.loads(text)
         stamp_s, *values = (float(data[key]) for key in ("stamp_s", "vx_mm", "vy_mm", "wz_mrad"))
-    except (ValueError, KeyError, TypeError) as error:
+        device_us = int(data["device_us"]) if "device_us" in data else None
+    except (ValueError, KeyError, TypeError, OverflowError) as error:
         raise BadMessageError(
             "raw.form", f"{text[:80]!r} is not the arduino node's JSON ({error!r})"
         ) from error
@@ -60,7 +61,7 @@ def parse_raw(text: str, now_s: float) -> tuple[float, Twist2D]:
             "raw.stamp", f"stamped {age_s:.3f} s ago; does the arduino node run on this machine?"
         )
     vx, vy, wz = (value / 1000.0 for value in values)
-    return stamp_s, Twist2D(vx, vy, wz)
+    return stamp_s, Twist2D(vx, vy, wz), device_us
 
 
 class OdometryNode:
@@ -93,8 +94,8 @@ class OdometryNode:
 
     def _take_raw(self, message: Any) -> None:
         clock = self._ros.clock
-        stamp_s, twist = parse_raw(message.data, clock.now_s())
-        odometry = self.integrator.add(stamp_s, twist)
+        stamp_s, twist, device_us = parse_raw(message.data, clock.now_s())
+        odometry = self.integrator.add(stamp_s, twist, device_us)
         if odometry is None:
             raise BadMessageError("raw.order", f"the message of {stamp_s:.3f} s came after a newer one")
         # The firmware is silent while it is not driven, so a gap between two standstills is nothing.

@@ -13,9 +13,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from target_nav.app import gui_launch
 from target_nav.app.process_spec import ProcessSpec, ReadyWhen, RestartPolicy
 
-NAV_CORE, CAMERA_CORE, DETECTOR_CORE = 1, 2, 3
+GUI_CORE, NAV_CORE, CAMERA_CORE, DETECTOR_CORE = 0, 1, 2, 3
 CORES_TO_PIN = 4
 NAV_NICE = -5
 
@@ -49,11 +50,14 @@ class StackOptions:
     """Take this project's LiDAR driver even where rplidar_ros is installed."""
     cores: int | None = None
     """Cores to share out; None: those this process may use."""
+    gui: bool = False
+    """Open the operator's panel; `gui_launch.problem` says beforehand whether that can be."""
+    settings_file: Path | None = None
+    """The operator's saved changes, over `config_file`; it need not exist."""
 
     @property
     def common(self) -> tuple[str, ...]:
-        config = ("--config", str(self.config_file)) if self.config_file is not None else ()
-        return ("--prefix", self.prefix, *config)
+        return gui_launch.options_of(self.prefix, self.config_file, self.settings_file)
 
     def core(self, number: int) -> int | None:
         cores = self.cores if self.cores is not None else len(os.sched_getaffinity(0))
@@ -76,7 +80,8 @@ def simulation_stack(options: StackOptions, arena: str, seed: int) -> tuple[Proc
         ready=ReadyWhen.REPORTED,
         restart=ONCE,
     )  # fmt: skip
-    return (sim, *_perception(options, "sim"), *_drive_and_nav(options, str(link)), *_recorder(options))
+    rest = (*_drive_and_nav(options, str(link)), *_recorder(options), *_gui(options))
+    return (sim, *_perception(options, "sim"), *rest)
 
 
 def robot_stack(
@@ -94,6 +99,7 @@ def robot_stack(
         *_perception(options, camera_source),
         *_drive_and_nav(options, serial_port),
         *_recorder(options),
+        *_gui(options),
     )
 
 
@@ -147,6 +153,23 @@ def _model(options: StackOptions, environment: Mapping[str, str]) -> tuple[Proce
 
 def _recorder(options: StackOptions) -> tuple[ProcessSpec, ...]:
     return (recorder(options, options.bag),) if options.bag is not None else ()
+
+
+def _gui(options: StackOptions) -> tuple[ProcessSpec, ...]:
+    """The operator's panel. The robot does without it, whatever becomes of it."""
+    if not options.gui:
+        return ()
+    return (
+        ProcessSpec(
+            "gui",
+            gui_launch.command(*options.common),
+            core=options.core(GUI_CORE),
+            critical=False,
+            ready=ReadyWhen.REPORTED,
+            holds_next=False,
+            stop_timeout_s=1.0,
+        ),
+    )
 
 
 def _perception(options: StackOptions, source: str) -> tuple[ProcessSpec, ...]:

@@ -43,6 +43,9 @@ def outcome_line(data: dict[str, Any]) -> str:
     parts = [f"{word} after {data['time_s']:.1f} s"]
     if data["outcome"] != "succeeded":
         parts.append(f": {data['reason'] or 'no reason given'}")
+    elif data["stop_error_m"] is not None and data["bearing_error_rad"] is None:
+        parts.append(f": {1e3 * data['stop_error_m']:.0f} mm from the goal")
+        parts.append(f", least clearance {1e3 * data['min_clearance_m']:.0f} mm")
     elif data["stop_error_m"] is not None:
         stop_mm, bearing_deg = 1e3 * data["stop_error_m"], math.degrees(data["bearing_error_rad"] or 0.0)
         parts.append(f": stop error {stop_mm:+.0f} mm, bearing {bearing_deg:+.1f} deg")

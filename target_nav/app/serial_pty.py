@@ -37,6 +37,10 @@ class SerialPty:
             raise
         self.lost_bytes = 0
 
+    def fileno(self) -> int:
+        """To wait on with `select`, for what the other side sends."""
+        return self._master
+
     def read(self) -> bytes:
         """What has come in, empty if nothing."""
         try:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import os
+import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import yaml
@@ -17,6 +19,12 @@ def add_config_arguments(parser: argparse.ArgumentParser) -> None:
     """`--config FILE`, `--set KEY=VALUE` (again and again) and `--prefix NAME`."""
     parser.add_argument(
         "--config", metavar="FILE", type=Path, help="YAML file of dotted keys: lidar.rate_hz: 10.0"
+    )
+    parser.add_argument(
+        "--settings",
+        metavar="FILE",
+        type=Path,
+        help="YAML file of the operator's saved changes, over --config; it need not exist",
     )
     parser.add_argument(
         "--set",
@@ -43,14 +51,35 @@ def parse_arguments(parser: argparse.ArgumentParser, argv: Sequence[str] | None 
 
 
 def config_from(arguments: argparse.Namespace, base: Config | None = None) -> Config:
-    """`base` (the reference robot) with the options applied: the file, then `--set`, then `--prefix`.
+    """`base` (the reference robot) with the options applied: `--config`, `--settings`, `--set`, then `--prefix`.
 
     Raises:
         ConfigError: a file that cannot be read, an unknown key, a value outside its limits.
     """
-    config = base or Config()
+    return _applied(arguments, base or Config(), settings_file_from(arguments))
+
+
+def base_config_from(arguments: argparse.Namespace, base: Config | None = None) -> Config:
+    """The same without the operator's saved changes: what they are changes of. Raises ConfigError."""
+    return _applied(arguments, base or Config(), None)
+
+
+def settings_file_from(arguments: argparse.Namespace) -> Path | None:
+    path: Path | None = getattr(arguments, "settings", None)
+    return path
+
+
+def default_settings_file() -> Path:
+    """Where a robot keeps what its operator has changed."""
+    folder = os.environ.get("XDG_CONFIG_HOME") or str(Path.home() / ".config")
+    return Path(folder) / "target_nav" / "settings.yaml"
+
+
+def _applied(arguments: argparse.Namespace, config: Config, settings: Path | None) -> Config:
     if arguments.config is not None:
         config = load_config(arguments.config, config)
+    if settings is not None and settings.exists():
+        config = load_config(settings, config)
     for setting in arguments.set:
         key, equals, text = setting.partition("=")
         if not equals:
@@ -80,6 +109,44 @@ def load_config(path: Path, base: Config | None = None) -> Config:
             f"configuration {path} must be a mapping of dotted keys, as in `lidar.rate_hz: 10.0`"
         )
     return (base or Config()).override(data, source=str(path))
+
+
+def update_config(path: Path, values: Mapping[str, float], note: str) -> None:
+    """Set dotted keys in a configuration file and leave the rest of it as it is; `note` becomes a comment.
+
+    A file that is not there is made.
+
+    Raises:
+        ConfigError: the file cannot be read or written, or is none that `load_config` takes with these values.
+    """
+    try:
+        old = path.read_text(encoding="utf-8") if path.exists() else ""
+        Config().override(values, source="calibration")
+        if old:
+            load_config(path)
+        fresh = path.with_name(f".{path.name}.{os.getpid()}")
+        fresh.write_text(_with_keys(old, values, note), encoding="utf-8")
+        try:
+            # What could not be read again is not put in the place of what can.
+            load_config(fresh)
+            os.replace(fresh, path)
+        finally:
+            fresh.unlink(missing_ok=True)
+    except OSError as error:
+        raise ConfigError(f"configuration {path} cannot be written: {error.strerror}") from error
+
+
+def _with_keys(text: str, values: Mapping[str, float], note: str) -> str:
+    """`text` with these keys, each on the line where it was, or at the end."""
+    lines = text.splitlines()
+    for key, value in values.items():
+        line = f"{key}: {value!r}  # {note}"
+        places = [i for i, old in enumerate(lines) if re.match(rf"{re.escape(key)}\s*:", old)]
+        if places:
+            lines[places[-1]] = line
+        else:
+            lines.append(line)
+    return "\n".join(lines) + "\n"
 
 
 def write_config(config: Config, path: Path) -> None:

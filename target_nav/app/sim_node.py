@@ -96,6 +96,7 @@ class SimNode:
             "now_s": simulation.now_s,
             "pose": asdict(simulation.true_pose),
             "twist": asdict(simulation.true_twist),
+            "driven_s": simulation.driven_s,
             "collided": simulation.collided,
             "min_clearance_m": simulation.min_clearance_m,
             "target_distance_m": simulation.target_distance_m,

@@ -16,13 +16,22 @@ import sys
 import time
 from pathlib import Path
 
+from target_nav.app import gui_launch
 from target_nav.app.paths import REFERENCE_MISSION, mission_path
 from target_nav.app.process import EXIT_CANNOT_RUN, EXIT_FAILED, run_process
+from target_nav.app.process_channel import ProcessChannel
 from target_nav.app.process_spec import ProcessSpec
 from target_nav.app.process_table import StackOptions, robot_stack, simulation_stack
 from target_nav.app.robot_ports import arduino_port, lidar_port
 from target_nav.app.run_folder import make_run_folder
-from target_nav.app.settings import add_config_arguments, config_from, parse_arguments, write_config
+from target_nav.app.settings import (
+    add_config_arguments,
+    base_config_from,
+    default_settings_file,
+    load_config,
+    parse_arguments,
+    write_config,
+)
 from target_nav.app.supervised import ProcessState
 from target_nav.app.supervisor import StackState, Supervisor
 from target_nav.app.systemd_notify import SystemdNotifier
@@ -69,6 +78,9 @@ def main() -> None:
     parser.add_argument(
         "--record", action="store_true", help="record the topics into a bag in the run's folder"
     )
+    parser.add_argument(
+        "--gui", action="store_true", help="open the operator's panel, where there is a display"
+    )
     parser.add_argument("--own-lidar-driver", action="store_true", help="even where rplidar_ros is installed")
     parser.add_argument("--out", type=Path, default=Path("runs"), help="parent of the run's folder")
     add_config_arguments(parser)
@@ -78,9 +90,10 @@ def main() -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     notifier = SystemdNotifier()
-    config = config_from(arguments)
+    config = base_config_from(arguments)
     if arguments.sim:
         config = load_arena(arguments.sim, config).config
+    settings_file = (arguments.settings or default_settings_file()).absolute()
     _refuse_second_instance(config.ipc.prefix)
     # A reader would first meet the last words of an earlier run.
     channels.remove(config.ipc.prefix)
@@ -88,6 +101,9 @@ def _run(arguments: argparse.Namespace) -> int:
     load_mission(mission)
     folder = make_run_folder(arguments.out).path.resolve()
     write_config(config, folder / "config.yaml")
+    no_panel = gui_launch.problem() if arguments.gui else ""
+    if no_panel:
+        log.warning("%s", no_panel)
     options = StackOptions(
         folder,
         str(mission.resolve()),
@@ -95,7 +111,11 @@ def _run(arguments: argparse.Namespace) -> int:
         folder / "config.yaml",
         bag=folder / "bag" if arguments.record else None,
         own_lidar_driver=arguments.own_lidar_driver,
+        gui=arguments.gui and not no_panel,
+        settings_file=settings_file,
     )
+    if settings_file.exists():
+        config = load_config(settings_file, config)
     log.info("%s; everything goes to %s/", mission.stem, folder)
     try:
         with Supervisor(_specs(arguments, options, config), folder) as supervisor:
@@ -128,9 +148,13 @@ def _watch(supervisor: Supervisor, notifier: SystemdNotifier, prefix: str) -> No
     health = Health(time.monotonic())
     ready, fine = False, True
     told_s = 0.0
-    with contextlib.closing(channels.open_reader(channels.NAV, prefix=prefix)) as reader:
+    with (
+        contextlib.closing(channels.open_reader(channels.NAV, prefix=prefix)) as reader,
+        contextlib.closing(ProcessChannel(prefix)) as processes,
+    ):
         while True:
             stack = supervisor.poll()
+            processes.tell(supervisor.statuses())
             now_s = time.monotonic()
             settled = stack is StackState.RUNNING
             if settled and not ready:

@@ -22,6 +22,7 @@ from target_nav.app.process import report_ready, run_process
 from target_nav.app.ros_parameters import config_from_parameters
 from target_nav.app.ros_support import RosNode
 from target_nav.app.settings import add_config_arguments, config_from, parse_arguments
+from target_nav.app.tree_channel import TreeChannel
 from target_nav.app.tree_streams import TreeStreams
 from target_nav.config import Config
 from target_nav.mission import LoadedMission, load_mission
@@ -31,6 +32,8 @@ from target_nav.utils.rate import RateKeeper, RateStatistics, request_soft_realt
 NODE_NAME = "tree_executor"
 REPORT_PERIOD_S = 60.0
 STATISTICS_PERIOD_S = 1.0
+PICTURE_PERIOD_S = 0.1 - 0.01
+"""Of what only screens look at: every second tick."""
 
 log = logging.getLogger(__name__)
 
@@ -75,12 +78,16 @@ def _run(arguments: argparse.Namespace) -> None:
         stack.callback(io.stop_wheels)
         recorder = stack.enter_context(_recorder(arguments.record, config, mission))
         core = NavCore(config, mission.root, io, io, recorder)
+        core.mission_name = mission.path.stem
         stack.callback(core.close)
         streams = TreeStreams(ros, mission.root)
         stack.callback(streams.close)
+        tree_channel = TreeChannel(config.ipc.prefix)
+        stack.callback(tree_channel.close)
+        streams.add(tree_channel)
         reload = HotReload(mission, core, streams.replace_tree, ReloadMode(arguments.reload))
         stack.callback(reload.close)
-        services = ExecutorServices(ros, reload.checker.problems)
+        services = ExecutorServices(ros, lambda: reload.checker.problems())
         _start_groot_monitor(stack, ros, core, mission, streams, services)
         if arguments.go:
             io.inject(Command(ros.clock.now_s(), CommandKind.GO))
@@ -124,14 +131,19 @@ def _loop(parts: _Loop, config: Config) -> None:
         log.info("%s", grant)
     rate = RateKeeper(config.loop.rate_hz)
     loop = LoopStatistics()
-    next_statistics_s = next_report_s = 0.0
+    next_statistics_s = next_report_s = next_picture_s = 0.0
     while not ros.stop.requested:
         now_s = rate.wait()
         for command in parts.services.take():
             parts.io.inject(command)
         record = core.tick(now_s, loop)
+        for line in core.operator.take_firmware_lines(now_s):
+            parts.io.send_to_firmware(line)
         parts.streams.after_tick(now_s, ros.clock.now_s())
         parts.reload.after_tick(record)
+        if now_s >= next_picture_s:
+            parts.io.publish_avoidance(core.avoidance())
+            next_picture_s = now_s + PICTURE_PERIOD_S
         ros.check()
         if now_s >= next_statistics_s:
             statistics = rate.statistics()

@@ -72,7 +72,7 @@ class SimIo:
             for line in self._lines.feed(self._simulation.serial_read()):
                 message = protocol.parse_line(line)
                 if isinstance(message, protocol.OdomLine):
-                    odometry = self._odometry.add(self._time_s, message.to_twist())
+                    odometry = self._odometry.add(self._time_s, message.to_twist(), message.device_us)
                     if odometry is not None:
                         since.append(odometry)
         if since:
@@ -113,6 +113,8 @@ class RunResult:
     outcome: str
     reason: str
     as_expected: bool
+    kind: str = ""
+    level: int = 0
     state_changes: tuple[tuple[float, NavState], ...] = field(default=(), repr=False)
     trace: tuple[tuple[float, float, float, float], ...] = field(default=(), repr=False)
 
@@ -210,6 +212,8 @@ def _drive(core: NavCore, simulation: Simulation, arena: Arena, mission_path: Pa
         outcome=record.outcome.kind.value if record.outcome is not None else "timeout",
         reason=record.outcome.reason if record.outcome is not None else record.reason,
         as_expected=success and not verdict.collided,
+        kind=arena.kind,
+        level=arena.level,
         state_changes=tuple(changes),
         trace=tuple((p[0], p[1], p[2], p[3]) for p in simulation.path),
     )

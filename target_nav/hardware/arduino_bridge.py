@@ -9,7 +9,6 @@ away.
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
 import threading
 import time
@@ -17,7 +16,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import serial
-from serial.tools import list_ports
 
 from target_nav.errors import DeviceError
 from target_nav.hardware.protocol import (
@@ -29,10 +27,13 @@ from target_nav.hardware.protocol import (
     encode_velocity,
     parse_line,
 )
+from target_nav.hardware.serial_port import PortUse, open_port
 from target_nav.state.types import Twist2D
 
 READ_TIMEOUT_S = 0.1
 """How soon the reader notices that it shall end, or that a write failed."""
+
+PORT_USE = PortUse("Arduino", "serial.port", "another arduino_node or a serial monitor")
 
 FIRST_RETRY_S = 0.1
 LAST_RETRY_S = 2.0
@@ -60,10 +61,11 @@ class ArduinoBridge:
     """One serial port with the firmware behind it.
 
     Args:
-        port: device or a link to one, resolved anew at each opening. baud: speed. on_line: called from the
-        reader thread with every good line and its stamp. on_connection: called from the reader thread with
-        True when the port was opened again, with False when it
-            was lost, and why.
+        port: device or a link to one, resolved anew at each opening.
+        baud: speed.
+        on_line: called from the reader thread with every good line and its stamp.
+        on_connection: called from the reader thread with True when the port was opened again, with False when it was
+            lost, and why.
     """
 
     def __init__(
@@ -100,7 +102,7 @@ class ArduinoBridge:
         deadline_s = self._clock() + wait_s
         while True:
             try:
-                self._serial = open_port(self.port, self.baud)
+                self._serial = self._open_port()
                 break
             except DeviceError:
                 if self._clock() >= deadline_s or self._closing.wait(FIRST_RETRY_S):
@@ -175,6 +177,9 @@ class ArduinoBridge:
             last_line_s=self._last_line_s,
         )
 
+    def _open_port(self) -> serial.Serial:
+        return open_port(self.port, self.baud, PORT_USE, READ_TIMEOUT_S)
+
     def _run(self) -> None:
         try:
             while not self._closing.is_set():
@@ -220,7 +225,7 @@ class ArduinoBridge:
         retry_s = FIRST_RETRY_S
         while not self._closing.wait(retry_s):
             try:
-                port = open_port(self.port, self.baud)
+                port = self._open_port()
             except DeviceError:
                 retry_s = min(2.0 * retry_s, LAST_RETRY_S)
                 continue
@@ -239,45 +244,3 @@ class ArduinoBridge:
             # A device that is gone leaves nothing to close.
             with contextlib.suppress(serial.SerialException, OSError):
                 port.close()
-
-
-def open_port(port: str, baud: int) -> serial.Serial:
-    """The port, opened for this process alone, with nothing old in its buffers.
-
-    Raises:
-        DeviceError: with the reason, the ports there are, and what to do.
-    """
-    try:
-        # pyserial sets DTR and RTS while it opens, which resets an Arduino, and lets a pty refuse it.
-        opened = serial.Serial(port, baud, timeout=READ_TIMEOUT_S, exclusive=True)
-        opened.reset_input_buffer()
-        opened.reset_output_buffer()
-    except (serial.SerialException, OSError, ValueError) as error:
-        raise DeviceError(_explain(port, baud, error)) from error
-    return opened
-
-
-def _explain(port: str, baud: int, error: Exception) -> str:
-    code = getattr(error, "errno", None)
-    if code == errno.ENOENT:
-        return f"there is no serial port {port}; {_found()}"
-    if code in (errno.EACCES, errno.EPERM):
-        return (
-            f"serial port {port} may not be opened by this user; "
-            "add it to the port's group (sudo usermod -aG dialout $USER) and log in again"
-        )
-    if code in (errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK) or "exclusively lock" in str(error):
-        return f"serial port {port} is in use; is another arduino_node or a serial monitor running?"
-    if code == errno.EISDIR or "Could not configure port" in str(error):
-        return f"{port} is not a serial port; {_found()}"
-    return f"serial port {port} cannot be opened at {baud} baud: {error}; {_found()}"
-
-
-def _found() -> str:
-    ports = [
-        f"{info.device} ({info.description})" if info.description not in (None, "n/a") else info.device
-        for info in sorted(list_ports.comports())
-    ]
-    if not ports:
-        return "no serial port was found at all; is the Arduino's USB cable plugged in?"
-    return f"found {', '.join(ports)}; choose one with --port or the key serial.port"

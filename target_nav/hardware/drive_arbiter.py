@@ -1,9 +1,10 @@
 """Who drives: /cmd_vel or a position command, and when nobody does. Decides which line goes to the firmware next.
 
 Two command paths share one serial port. A velocity is sent as it comes and again until the next one, for the firmware
-stops after 0.2 s without; when none has come for `serial.cmd_vel_timeout_s`, STOP is sent, once. A position command
-takes over from that. The nav process sends zero velocities even while it wants nothing, so a zero does not end a
-position command, but any other velocity, STOP or the firmware's own time limit does.
+stops after 0.2 s without. When none has come for `serial.cmd_vel_stale_s` it is zero that is sent, so that the motors
+of a robot whose nav process died are off within 0.3 s; when none has come for `serial.cmd_vel_timeout_s`, STOP is sent,
+once. A position command takes over from that. The nav process sends zero velocities even while it wants nothing, so a
+zero does not end a position command, but any other velocity, STOP or the firmware's own time limit does.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from target_nav.errors import DeviceError
 from target_nav.hardware.protocol import (
     StopCommand,
     VelocityCommand,
+    VersionCommand,
     encode_command,
     encode_stop,
     encode_velocity,
@@ -23,7 +25,7 @@ from target_nav.hardware.protocol import (
 from target_nav.state.types import STOP, Twist2D
 
 REFRESH_S = 0.045
-"""A velocity this old is sent again at the next turn of the 20 Hz timer: at most 0.1 s between two lines."""
+"""A velocity this old is sent again at the next turn of the timer: at most 0.1 s between two lines."""
 
 POSITION_LIMIT_S = 30.0
 """The firmware ends a position move after so long (reference)."""
@@ -42,11 +44,13 @@ class DriveArbiter:
 
     def __init__(self, robot: RobotConfig, serial: SerialConfig) -> None:
         self._robot = robot
-        self._timeout_s = serial.cmd_vel_timeout_s
+        self._stale_s, self._timeout_s = serial.cmd_vel_stale_s, serial.cmd_vel_timeout_s
         self._twist = STOP
         self._received_s = self._sent_s = self._position_since_s = float("-inf")
         self.mode = DriveMode.IDLE
         self.timeouts = 0
+        self.stale = 0
+        """How often a motion was ended because nobody had sent a velocity for `cmd_vel_stale_s`."""
 
     def velocity(self, now_s: float, twist: Twist2D) -> bytes:
         """A velocity came. It is scaled into the robot's limits; one that is not finite stops the robot."""
@@ -72,17 +76,26 @@ class DriveArbiter:
             raise DeviceError(f"{text!r}: velocities go through /cmd_vel, where the limits are")
         if isinstance(parsed, StopCommand):
             return self.halt()
+        if isinstance(parsed, VersionCommand):
+            # A question moves nothing: whoever drives goes on.
+            return encode_command(parsed)
         self.mode = DriveMode.POSITION
         self._position_since_s = now_s
         return encode_command(parsed)
 
     def refresh(self, now_s: float) -> bytes:
-        """The 20 Hz timer: the velocity again, or STOP, once, when nobody has sent one for too long."""
+        """The timer, 20 times a second or more: the velocity again; zero, then STOP, once, when nobody has sent one for
+        too long."""
         if self.mode is not DriveMode.VELOCITY:
             return NOTHING
-        if now_s - self._received_s > self._timeout_s:
+        age_s = now_s - self._received_s
+        if age_s > self._timeout_s:
             self.timeouts += 1
             return self.halt()
+        if age_s > self._stale_s and self._twist != STOP:
+            self.stale += 1
+            self._twist = STOP
+            return self._send_velocity(now_s)
         if now_s - self._sent_s < REFRESH_S:
             return NOTHING
         return self._send_velocity(now_s)

@@ -6,7 +6,7 @@ drivetrain's range: anything else is None, to be counted and dropped. Both ends 
 and the firmware (deploy/firmware, in C++); tests compare them.
 
 To the firmware: VEL,vx,vy,wz  STOP  FWD,speed,ticks (also BWD LEFT RIGHT CCW CW)  TMOTOR,FL,pwm  CALIB  VERSION
-From the firmware: ODOM,vx,vy,wz  ENC,fl,fr,rl,rr  ERROR,code,text  ACK,command  VERSION,protocol,firmware
+From the firmware: ODOM,vx,vy,wz,us  ENC,fl,fr,rl,rr  ERROR,code,text  ACK,command  VERSION,protocol,firmware
 """
 
 from __future__ import annotations
@@ -31,6 +31,9 @@ MAX_ANGULAR_MRADPS = 20_000
 MAX_TICKS = 2_147_483_647
 """Encoder counters are 32 bit and signed."""
 
+MAX_DEVICE_US = 2**32 - 1
+"""The firmware's clock wraps round after 71 minutes."""
+
 MAX_PWM = 255
 
 MAX_PROTOCOL_VERSION = 999
@@ -49,11 +52,16 @@ _INTEGER = re.compile(rb"[+-]?[0-9]{1,10}")
 
 @dataclass(frozen=True)
 class OdomLine:
-    """`ODOM`: the base's velocity from the encoders, 20 times a second in velocity mode."""
+    """`ODOM`: the base's velocity from the encoders, 20 times a second in velocity mode.
+
+    `device_us`: the firmware's clock when it read them, microseconds modulo 2**32; None from a firmware that does not
+    tell.
+    """
 
     vx_mmps: int
     vy_mmps: int
     wz_mradps: int
+    device_us: int | None = None
 
     def to_twist(self) -> Twist2D:
         """The same in m/s and rad/s."""
@@ -100,8 +108,11 @@ def parse_line(line: bytes) -> DeviceLine | None:
         return None
     word = fields[0]
     if word == b"ODOM":
-        velocity = _velocity(fields[1:])
-        return OdomLine(*velocity) if velocity is not None else None
+        velocity = _velocity(fields[1:4])
+        if velocity is None or len(fields) == 4:
+            return OdomLine(*velocity) if velocity is not None else None
+        stamp = _integers(fields[4:], (MAX_DEVICE_US,))
+        return OdomLine(*velocity, device_us=stamp[0]) if stamp is not None and stamp[0] >= 0 else None
     if word == b"ENC":
         ticks = _integers(fields[1:], (MAX_TICKS,) * 4)
         return EncLine((ticks[0], ticks[1], ticks[2], ticks[3])) if ticks is not None else None
@@ -114,33 +125,6 @@ def parse_line(line: bytes) -> DeviceLine | None:
         if number is not None and number[0] >= 1:
             return VersionLine(number[0], fields[2].decode("ascii"))
     return None
-
-
-def encode_odom(twist: Twist2D) -> bytes:
-    """`ODOM` as the firmware sends it (for the simulated firmware)."""
-    return _encode_twist("ODOM", twist)
-
-
-def encode_encoders(ticks: tuple[int, int, int, int]) -> bytes:
-    """`ENC` as the firmware sends it; counters wrap round at 32 bit as they do there."""
-    wrapped = ((tick + 2**31) % 2**32 - 2**31 for tick in ticks)
-    return ("ENC," + ",".join(str(max(tick, -MAX_TICKS)) for tick in wrapped) + "\n").encode("ascii")
-
-
-def encode_error(code: str, text: str) -> bytes:
-    """`ERROR` as the firmware sends it: cut to the longest line, everything not printable replaced."""
-    body = "".join(c if " " <= c <= "~" else "?" for c in f"ERROR,{code.replace(',', ';')},{text}")
-    return body.encode("ascii")[:MAX_LINE_BYTES] + b"\n"
-
-
-def encode_ack(command: str) -> bytes:
-    """`ACK` as the firmware sends it."""
-    return f"ACK,{command}\n".encode("ascii")
-
-
-def encode_version(firmware: str) -> bytes:
-    """`VERSION` as the firmware sends it."""
-    return f"VERSION,{PROTOCOL_VERSION},{firmware}\n".encode("ascii")
 
 
 # --- to the firmware ---
@@ -225,7 +209,16 @@ def encode_velocity(twist: Twist2D) -> bytes:
     Raises:
         DeviceError: the velocity is not finite, or so large that it cannot be meant.
     """
-    return _encode_twist("VEL", twist)
+    values = (twist.vx_mps * 1000.0, twist.vy_mps * 1000.0, twist.wz_radps * 1000.0)
+    if not all(math.isfinite(value) for value in values):
+        raise DeviceError(f"{twist} is not finite; it was not sent")
+    vx, vy, wz = (round(value) for value in values)
+    if max(abs(vx), abs(vy)) > MAX_LINEAR_MMPS or abs(wz) > MAX_ANGULAR_MRADPS:
+        raise DeviceError(
+            f"velocity ({twist.vx_mps:g}, {twist.vy_mps:g}, {twist.wz_radps:g}) is beyond the protocol's "
+            f"{MAX_LINEAR_MMPS / 1000:g} m/s, {MAX_ANGULAR_MRADPS / 1000:g} rad/s; units are m/s and rad/s"
+        )
+    return f"VEL,{vx},{vy},{wz}\n".encode("ascii")
 
 
 def encode_stop() -> bytes:
@@ -328,16 +321,3 @@ def _integers(fields: list[bytes], limits: tuple[int, ...]) -> tuple[int, ...] |
 def _velocity(fields: list[bytes]) -> tuple[int, int, int] | None:
     values = _integers(fields, (MAX_LINEAR_MMPS, MAX_LINEAR_MMPS, MAX_ANGULAR_MRADPS))
     return (values[0], values[1], values[2]) if values is not None else None
-
-
-def _encode_twist(word: str, twist: Twist2D) -> bytes:
-    values = (twist.vx_mps * 1000.0, twist.vy_mps * 1000.0, twist.wz_radps * 1000.0)
-    if not all(math.isfinite(value) for value in values):
-        raise DeviceError(f"{twist} is not finite; it was not sent")
-    vx, vy, wz = (round(value) for value in values)
-    if max(abs(vx), abs(vy)) > MAX_LINEAR_MMPS or abs(wz) > MAX_ANGULAR_MRADPS:
-        raise DeviceError(
-            f"velocity ({twist.vx_mps:g}, {twist.vy_mps:g}, {twist.wz_radps:g}) is beyond the protocol's "
-            f"{MAX_LINEAR_MMPS / 1000:g} m/s, {MAX_ANGULAR_MRADPS / 1000:g} rad/s; units are m/s and rad/s"
-        )
-    return f"{word},{vx},{vy},{wz}\n".encode("ascii")

@@ -6,12 +6,10 @@ The motor hangs on DTR: released it turns, asserted it stands.
 from __future__ import annotations
 
 import contextlib
-import errno
 import time
 from dataclasses import dataclass
 
 import serial
-from serial.tools import list_ports
 
 from target_nav.errors import DeviceError
 from target_nav.hardware.rplidar_protocol import (
@@ -27,9 +25,12 @@ from target_nav.hardware.rplidar_protocol import (
     parse_health,
     parse_info,
 )
+from target_nav.hardware.serial_port import PortUse, open_port
 
 READ_TIMEOUT_S = 0.1
 """How soon a reader notices that it shall end."""
+
+PORT_USE = PortUse("LiDAR", "lidar.port", "another LiDAR driver")
 
 ANSWER_S = 1.0
 QUIET_S = 0.05
@@ -53,7 +54,8 @@ def start_lidar(port: str, baud: int) -> Started:
         DeviceError: the port is not there, may not be opened, belongs to another process; nothing answers as an
             RPLidar does, or it reports that it is broken.
     """
-    opened = open_port(port, baud)
+    # DTR released: the motor turns.
+    opened = open_port(port, baud, PORT_USE, READ_TIMEOUT_S, dtr=False)
     try:
         health = _healthy(opened)
         info = parse_info(_ask(opened, Request.GET_INFO, INFO_DESCRIPTOR, INFO_BYTES))
@@ -73,24 +75,6 @@ def stop_lidar(port: serial.Serial) -> None:
         # A device that is gone takes no orders and leaves nothing to close.
         with contextlib.suppress(serial.SerialException, OSError):
             step(port)
-
-
-def open_port(port: str, baud: int) -> serial.Serial:
-    """The LiDAR's port, opened for this process alone, its motor turning.
-
-    Raises:
-        DeviceError: with the reason, the ports there are, and what to do.
-    """
-    opened = serial.Serial(timeout=READ_TIMEOUT_S, write_timeout=ANSWER_S, exclusive=True)
-    opened.port, opened.baudrate = port, baud
-    # Before it is opened, so that the motor does not stop in between. pyserial lets pass a line without DTR (a pty).
-    opened.dtr = False
-    try:
-        opened.open()
-        opened.reset_input_buffer()
-    except (serial.SerialException, OSError, ValueError) as error:
-        raise DeviceError(_explain(port, baud, error)) from error
-    return opened
 
 
 def _healthy(port: serial.Serial) -> Health:
@@ -151,21 +135,3 @@ def _send_stop(port: serial.Serial) -> None:
 
 def _stop_motor(port: serial.Serial) -> None:
     port.dtr = True
-
-
-def _explain(port: str, baud: int, error: Exception) -> str:
-    code = getattr(error, "errno", None)
-    found = ", ".join(sorted(info.device for info in list_ports.comports())) or "none"
-    choose = f"serial ports found: {found}; choose one with --port or the key lidar.port"
-    if code == errno.ENOENT:
-        return f"there is no serial port {port} for the LiDAR; is its USB cable plugged in? {choose}"
-    if code in (errno.EACCES, errno.EPERM):
-        return (
-            f"serial port {port} of the LiDAR may not be opened by this user; "
-            "add it to the port's group (sudo usermod -aG dialout $USER) and log in again"
-        )
-    if code in (errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK) or "exclusively lock" in str(error):
-        return f"serial port {port} is in use; is another LiDAR driver running? {choose}"
-    if code == errno.EISDIR or "Could not configure port" in str(error):
-        return f"{port} is not a serial port; {choose}"
-    return f"serial port {port} of the LiDAR cannot be opened at {baud} baud: {error}; {choose}"

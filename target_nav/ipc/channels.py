@@ -21,13 +21,26 @@ from target_nav.ipc.camera import CameraReader
 from target_nav.ipc.codecs import MAX_DETECTIONS, Codec, ImageCodec, ItemsCodec, PlainCodec, PointsCodec
 from target_nav.ipc.files import path_of
 from target_nav.ipc.header import Geometry
-from target_nav.ipc.ring import ACK_CODEC, COMMAND_CODEC, RING_SLOTS, CommandReader, CommandWriter
+from target_nav.ipc.ring import ACK_CODEC, COMMAND_CODEC, RING_SLOTS, CommandAck, CommandReader, CommandWriter
 from target_nav.ipc.seqlock import SLOTS, Reader, Writer
 from target_nav.ipc.status import ChannelStatus, describe_file
-from target_nav.state.snapshots import Calibration, CameraFrame, NavSnapshot
+from target_nav.state.snapshots import (
+    AvoidSnapshot,
+    Calibration,
+    CameraFrame,
+    LaserSnapshot,
+    NavSnapshot,
+    ProcessRow,
+    ProcessTable,
+    TreeRow,
+    TreeState,
+)
 from target_nav.state.types import Detection, DetectionFrame, RawDetection, RawDetectionFrame
 
 T = TypeVar("T")
+
+MAX_TREE_ROWS = 256
+MAX_PROCESSES = 24
 
 DEFAULT_PREFIX = IpcConfig().prefix
 
@@ -60,12 +73,28 @@ DETECTIONS = Channel("detections", ItemsCodec(RawDetectionFrame, "detections", R
 CALIBRATION = Channel("calibration", PlainCodec(Calibration))
 DET = Channel("det", ItemsCodec(DetectionFrame, "detections", Detection, MAX_DETECTIONS))
 NAV = Channel("nav", PlainCodec(NavSnapshot))
-LASER = Channel("laser", PointsCodec())
+LASER = Channel("laser", PointsCodec(LaserSnapshot))
+AVOID = Channel("avoid", PointsCodec(AvoidSnapshot))
+TREE = Channel("tree", ItemsCodec(TreeState, "rows", TreeRow, MAX_TREE_ROWS))
+PROCESSES = Channel("processes", ItemsCodec(ProcessTable, "rows", ProcessRow, MAX_PROCESSES))
+
+"""`avoid` and `tree` come from the nav process at 10 Hz, `processes` from the supervisor: for people only."""
 
 COMMAND_NAME = "cmd"
 COMMAND_ACK_NAME = "cmd_ack"
 
-NEWEST_VALUE: tuple[Channel[Any], ...] = (CAMERA, SIM_CAMERA, DETECTIONS, CALIBRATION, DET, NAV, LASER)
+NEWEST_VALUE: tuple[Channel[Any], ...] = (
+    CAMERA,
+    SIM_CAMERA,
+    DETECTIONS,
+    CALIBRATION,
+    DET,
+    NAV,
+    LASER,
+    AVOID,
+    TREE,
+    PROCESSES,
+)
 ALL: tuple[Channel[Any], ...] = (
     *NEWEST_VALUE,
     Channel(COMMAND_NAME, COMMAND_CODEC, RING_SLOTS),
@@ -106,6 +135,11 @@ def open_command_writer(prefix: str = DEFAULT_PREFIX) -> CommandWriter:
 def open_command_reader(prefix: str = DEFAULT_PREFIX) -> CommandReader:
     """Raises DeviceError if another live process reads the commands of this prefix."""
     return CommandReader(path_of(prefix, COMMAND_NAME), path_of(prefix, COMMAND_ACK_NAME))
+
+
+def open_command_ack_reader(prefix: str = DEFAULT_PREFIX) -> Reader[CommandAck]:
+    """How far the nav process has read the commands; against `CommandWriter.last_sequence`."""
+    return Reader(path_of(prefix, COMMAND_ACK_NAME), ACK_CODEC)
 
 
 def describe(prefix: str = DEFAULT_PREFIX, now_s: float | None = None) -> list[ChannelStatus]:

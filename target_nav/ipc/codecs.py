@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from target_nav.errors import DeviceError
 from target_nav.ipc.cstruct import CStruct, Member
 from target_nav.ipc.records import Record
-from target_nav.state.snapshots import CameraFrame, LaserSnapshot
+from target_nav.state.snapshots import CameraFrame
 
 T = TypeVar("T")
 
@@ -121,28 +121,31 @@ class ItemsCodec(Generic[T]):
 
 
 def _score(item: Any) -> float:
-    """NaN sorts as the worst."""
-    score = float(item.score)
+    """NaN sorts as the worst; items without a score are all alike, so that the first ones are kept."""
+    score = float(getattr(item, "score", 0.0))
     return score if score == score else -np.inf
 
 
-class PointsCodec:
-    """A LaserSnapshot. Of more than `MAX_POINTS` points, evenly spaced ones are kept: they are for a picture."""
+class PointsCodec(Generic[T]):
+    """A dataclass whose last field is `points_in_base_m`, shape (N, 2).
 
-    type = LaserSnapshot
+    Of more than `MAX_POINTS` points, evenly spaced ones are kept: they are for a picture.
+    """
+
     bulk_from: int | None = None
 
-    def __init__(self) -> None:
+    def __init__(self, of: type[T]) -> None:
+        self.type = of
         count = Member("points_count", "uint32_t")
         points = Member("points_in_base_m", "double", 2 * MAX_POINTS, counted=True)
-        self._record = Record(LaserSnapshot, points.name, [count, points])
+        self._record = Record(of, points.name, [count, points])
         self.layout = self._record.layout
         self._count_at, self._points_at = self.layout[count.name].offset, self.layout[points.name].offset
         self.head_bytes = self.layout.size
 
-    def encode(self, value: LaserSnapshot, buffer: bytearray, at: int) -> Encoded:
-        expect_type(value, LaserSnapshot)
-        points = np.asarray(value.points_in_base_m)
+    def encode(self, value: T, buffer: bytearray, at: int) -> Encoded:
+        expect_type(value, self.type)
+        points = np.asarray(value.points_in_base_m)  # type: ignore[attr-defined]
         if points.ndim != 2 or points.shape[1] != 2 or points.dtype.kind not in "fiu":
             raise DeviceError(
                 f"laser points have shape {points.shape} of {points.dtype}; they must be (N, 2) numbers in metres"
@@ -157,7 +160,7 @@ class PointsCodec:
         buffer[place : place + len(raw)] = raw
         return Encoded(self._points_at + len(raw), None, dropped)
 
-    def decode(self, data: bytes, at: int, bulk: NDArray[np.uint8] | None) -> LaserSnapshot:
+    def decode(self, data: bytes, at: int, bulk: NDArray[np.uint8] | None) -> T:
         count = int.from_bytes(data[at + self._count_at : at + self._count_at + 4], "little")
         # A view of `data`, which is bytes: the array is read-only and owns its memory through it.
         points = np.frombuffer(data, "<f8", 2 * count, at + self._points_at).reshape(count, 2)

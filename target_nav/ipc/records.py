@@ -29,10 +29,18 @@ TEXT_BYTES = {
     "running_leaf": 64,
     "limited_by": 64,
     "reason": 256,
+    "mission": 64,
+    "notice": 160,
+    "name": 64,
+    "word": 48,
+    "feedback": 128,
+    "condition": 32,
 }
 """Bytes of a text field by its name, the closing NUL included."""
 
-CUT = frozenset({"running_leaf", "limited_by", "reason"})
+CUT = frozenset(
+    {"running_leaf", "limited_by", "reason", "mission", "notice", "name", "word", "feedback", "condition"}
+)
 """Texts for people, cut at a whole character when too long. Any other text means something, so too long is an error."""
 
 

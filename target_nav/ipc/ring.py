@@ -88,6 +88,11 @@ class CommandWriter:
         return CommandWriterStatistics(self._pushed, self._full, self._unheard, self._repaired)
 
     @property
+    def last_sequence(self) -> int:
+        """Of the newest command in the ring: the reader has it when its `CommandAck.consumed` is as high."""
+        return self._sequence - 1
+
+    @property
     def heard(self) -> bool:
         """A live process reads the commands."""
         return files.is_claimed(self._ack_path)

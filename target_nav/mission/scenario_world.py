@@ -133,6 +133,7 @@ class ScriptedWorld:
         if go and not self._requested:
             # as in the nav core: a new mission begins with every target
             Blackboard.set(keys.VISITED.name, None)
+            Blackboard.set(keys.SEARCH.name, None)
         self._requested = go
 
     def begin_tick(self, now_s: float, dt_s: float) -> None:

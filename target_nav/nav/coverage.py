@@ -16,7 +16,7 @@ from target_nav.config import CameraConfig
 from target_nav.state.types import FloatArray, Pose2D
 
 _CELL_M = 0.1
-_HALF = 70
+_HALF = 120
 _SIDE = 2 * _HALF + 1
 _LOOKS = 3
 """So many updates must have a cell in view before it counts as seen: one frame may miss the target."""
@@ -29,6 +29,8 @@ _RAY_STEP_M = 0.08
 _GAIN_STEP_M = 0.1
 _GAIN_RAYS = 72
 _KNOWN_RAYS = 180
+_UNKNOWN_STEPS = 10
+"""Of a ray through floor that is not known to be floor, so many steps count: 1 m."""
 
 
 class Coverage:
@@ -52,11 +54,17 @@ class Coverage:
         self._looks = np.zeros((_SIDE, _SIDE), dtype=np.uint8)
         self._known = np.zeros((_SIDE, _SIDE), dtype=np.bool_)
         self._reach_m = math.inf
+        self._free_m: FloatArray = np.full(_KNOWN_RAYS, math.inf)
 
     @property
-    def _sure_m(self) -> float:
+    def sure_m(self) -> float:
         """So far off something counts as seen: near enough for the camera, and for obstacles to be known."""
         return min(self._range_m, self._reach_m)
+
+    @property
+    def known_m2(self) -> float:
+        """How much floor has been in the LiDAR's line of sight."""
+        return float(np.count_nonzero(self._known)) * _CELL_M**2
 
     def look_again(self, range_m: float) -> None:
         """Everything counts as unseen again, and the target as found only within `range_m`."""
@@ -64,28 +72,30 @@ class Coverage:
         self._range_m = range_m
 
     def update(self, pose_in_odom: Pose2D, points_in_odom_m: FloatArray, reach_m: float) -> None:
-        """Take in obstacles, and what the camera sees from here; a few times a second.
+        """Take in the obstacles that are known by now, and what the camera sees from here; a few times a second.
 
         Beyond `reach_m` obstacles are not known, so nothing there counts as seen or as free.
         """
-        if len(points_in_odom_m):
-            self._block(points_in_odom_m)
+        self._block(points_in_odom_m)
         self._reach_m = reach_m
-        here = np.array([[pose_in_odom.x_m, pose_in_odom.y_m]])
         angles = self._view_angles + pose_in_odom.yaw_rad + self._camera_yaw_rad
-        rows, columns, sees = self._rays(here, angles, _RAY_STEP_M, self._sure_m)
-        seen_rows, seen_columns = rows[sees], columns[sees]
-        looks = self._looks[seen_rows, seen_columns]
-        self._looks[seen_rows, seen_columns] = np.minimum(looks + 1, _LOOKS)
-        rows, columns, sees = self._rays(here, self._all_round, _GAIN_STEP_M, reach_m)
-        self._known[rows[sees], columns[sees]] = True
+        free_m = _free_by_ray_m(pose_in_odom, points_in_odom_m)
+        rows, columns = self._in_sight(pose_in_odom, angles, _RAY_STEP_M, self.sure_m, free_m)
+        self._looks[rows, columns] = np.minimum(self._looks[rows, columns] + 1, _LOOKS)
+        # A little less than is in sight: between two returns of a wall seen at a slant there is no way through.
+        beside_m = np.minimum(free_m, np.minimum(np.roll(free_m, 1), np.roll(free_m, -1)))
+        rows, columns = self._in_sight(pose_in_odom, self._all_round, _GAIN_STEP_M, reach_m, beside_m)
+        self._known[rows, columns] = True
+        self._free_m = free_m
 
     def settle(self, pose_in_odom: Pose2D) -> None:
-        """Everything in sight from here counts as seen: it was looked round as far as it was worth it."""
-        here = np.array([[pose_in_odom.x_m, pose_in_odom.y_m]])
+        """Everything in sight from here counts as seen: it was looked round as far as it was worth it.
+
+        Obstacles are those of the last `update`.
+        """
         all_round = np.arange(-math.pi, math.pi, _VIEW_RAY_RAD)
-        rows, columns, sees = self._rays(here, all_round, _RAY_STEP_M, self._sure_m)
-        self._looks[rows[sees], columns[sees]] = _LOOKS
+        rows, columns = self._in_sight(pose_in_odom, all_round, _RAY_STEP_M, self.sure_m, self._free_m)
+        self._looks[rows, columns] = _LOOKS
 
     def is_known_free(self, spots_m: FloatArray) -> NDArray[np.bool_]:
         """Which spots, shape (K, 2), have been in the LiDAR's line of sight and are not blocked."""
@@ -94,19 +104,22 @@ class Coverage:
         return free
 
     def unseen_by_ray_m2(self, spots_m: FloatArray) -> FloatArray:
-        """Unseen area that would be seen from each spot, by direction, shape (K, rays). `spots_m` is (K, 2)."""
-        rows, columns, sees = self._rays(spots_m, self.ray_angles_rad, _GAIN_STEP_M, self._sure_m)
+        """Unseen area that would be seen from each spot, by direction, shape (K, rays). `spots_m` is (K, 2).
+
+        Of floor that the LiDAR has not been through either, a little counts: it may as well be a wall's inside.
+        """
+        rows, columns, sees = self._rays(spots_m, self.ray_angles_rad, _GAIN_STEP_M, self.sure_m)
+        sees &= np.cumsum(~self._known[rows, columns], axis=2, dtype=np.int16) <= _UNKNOWN_STEPS
         unseen = sees & (self._looks[rows, columns] < _LOOKS)
         radius = _NEAREST_M + np.arange(rows.shape[2]) * _GAIN_STEP_M
         area: FloatArray = (unseen * radius).sum(axis=2) * (_GAIN_STEP_M * 2.0 * math.pi / _GAIN_RAYS)
         return area
 
     def _block(self, points_m: FloatArray) -> None:
-        rows, columns = self._cells(points_m)
-        fresh = ~self._blocked[rows, columns]
-        if not fresh.any():
-            return
-        self._blocked[rows[fresh], columns[fresh]] = True
+        self._blocked[:] = False
+        if len(points_m):
+            rows, columns = self._cells(points_m)
+            self._blocked[rows, columns] = True
         shade = self._blocked.copy()
         # Walls are seen as single points, and a ray slips between two cells that touch at a corner: two by two cells
         # close such gaps. More would hide the very shadows that a search is for.
@@ -129,6 +142,34 @@ class Coverage:
         inside = (x >= 0.0) & (x <= _SIDE - 1) & (y >= 0.0) & (y <= _SIDE - 1)
         return rows, columns, sees & inside
 
+    def _in_sight(
+        self, pose_in_odom: Pose2D, angles_rad: FloatArray, step_m: float, range_m: float, free_m: FloatArray
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Rows and columns of the cells in sight along rays from where the robot is; `free_m` by `_ray_of`."""
+        here = np.array([[pose_in_odom.x_m, pose_in_odom.y_m]])
+        rows, columns, sees = self._rays(here, angles_rad, step_m, range_m)
+        radius = _NEAREST_M + np.arange(rows.shape[2]) * step_m
+        sees[0] &= radius < free_m[_ray_of(angles_rad), None]
+        return rows[sees], columns[sees]
+
     def _cells(self, points_m: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         index = np.clip(np.rint((points_m - self._origin) / _CELL_M) + _HALF, 0, _SIDE - 1).astype(np.intp)
         return index[:, 1], index[:, 0]
+
+
+def _ray_of(angles_rad: FloatArray) -> NDArray[np.intp]:
+    """Index of the nearest of `_KNOWN_RAYS` directions all round; 0 is at -pi."""
+    ray: NDArray[np.intp] = np.rint((angles_rad + math.pi) * (_KNOWN_RAYS / (2.0 * math.pi))).astype(np.intp)
+    return ray % _KNOWN_RAYS
+
+
+def _free_by_ray_m(pose_in_odom: Pose2D, points_in_odom_m: FloatArray) -> FloatArray:
+    """How far off the nearest obstacle is by direction, shape (_KNOWN_RAYS,); infinite where there is none.
+
+    Unlike cells, directions as seen from here have no holes: a wall at a slant is a point a beam.
+    """
+    free: FloatArray = np.full(_KNOWN_RAYS, math.inf)
+    if len(points_in_odom_m):
+        dx, dy = points_in_odom_m[:, 0] - pose_in_odom.x_m, points_in_odom_m[:, 1] - pose_in_odom.y_m
+        np.minimum.at(free, _ray_of(np.arctan2(dy, dx)), np.hypot(dx, dy))
+    return free

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from target_nav.config import Config
+from target_nav.nav.drive_step import Drive
 from target_nav.nav.footprint import FAR_M, Footprint
+from target_nav.nav.room import Room
 from target_nav.nav.route import Route, RoutePlanner
 from target_nav.nav.route_memory import RouteMemory
 from target_nav.nav.skill import View
@@ -26,8 +28,8 @@ from target_nav.nav.speed import (
 )
 from target_nav.nav.steering import BodySteering
 from target_nav.nav.vfh import Steering
-from target_nav.state.types import STOP, FloatArray, Twist2D
-from target_nav.utils.frames import points_to_parent, to_child
+from target_nav.state.types import STOP, Avoidance, FloatArray, Twist2D
+from target_nav.utils.frames import points_to_parent, to_child, wrap_angle
 
 _REPLAN_S = 0.3
 _REACHED_M = 0.12
@@ -37,17 +39,8 @@ _REACTION_S = 0.25
 _GENTLE = 0.4
 """Share of the braking limit that is planned with."""
 _TURN_FIRST_RAD = math.radians(40.0)
+_TURNS_RAD, _HAS_TURNED_RAD, _IN_VAIN_S = math.radians(15.0), 0.08, 0.6
 _CREEP_MPS = 0.06
-
-
-@dataclass(frozen=True)
-class Drive:
-    """One step. `cost_to_go_m` is infinite when there is no way; `at_goal` when it stands on one of the spots."""
-
-    twist: Twist2D
-    cost_to_go_m: float
-    at_goal: bool
-    reason: str
 
 
 @dataclass(frozen=True)
@@ -59,6 +52,9 @@ class _Leg:
     cost_to_go_m: float
 
 
+__all__ = ["Drive", "Driver"]
+
+
 class Driver:
     def __init__(self, config: Config) -> None:
         self._config = config
@@ -68,12 +64,23 @@ class Driver:
         self._memory = RouteMemory(config.avoid.look_ahead_m, config.avoid.memory_radius_m)
         self._steering = BodySteering(config)
         self._yaw = YawControl(config.robot)
+        self._room = Room(config)
         self.reset()
 
     @property
     def reach_m(self) -> float:
         """How far off the view is known to show obstacles."""
         return self._memory.reach_m
+
+    @property
+    def next_m(self) -> tuple[float, float] | None:
+        """Where it is heading for in odom; None without a way."""
+        return None if self.route is None else self.route.next_m
+
+    @property
+    def avoidance(self) -> Avoidance | None:
+        """What the last `drive` chose, for a person to look at; None when it chose nothing."""
+        return self._steering.avoidance
 
     @property
     def route(self) -> Route | None:
@@ -90,6 +97,7 @@ class Driver:
         self._steering.reset()
         self._yaw.reset()
         self._planned_s = -math.inf
+        self._turned_to_rad, self._turned_at_s = -10.0, math.inf
 
     def drive(
         self,
@@ -101,6 +109,7 @@ class Driver:
         face_top_radps: float = 0.8,
         straight_to_m: tuple[float, float] | None = None,
         extra_points_m: FloatArray | None = None,
+        at_goal_m: float = _AT_GOAL_M,
         limit_m: float = 15.0,
     ) -> Drive:
         """One tick towards the goals: spots in odom, shape (M, 3): x, y, extra cost.
@@ -111,10 +120,11 @@ class Driver:
         `extra_points_m` are further things to keep off, in base_link. `limit_m` bounds the cost of a way.
         """
         points = view.obstacles_in_base_m
+        self._steering.avoidance = None
         leg = self._leg(view, goals, straight_to_m, extra_points_m, limit_m)
         if leg is None:
             return Drive(self._look(view, face_rad), math.inf, False, "no way")
-        if leg.end_m < _AT_GOAL_M:
+        if leg.end_m < at_goal_m:
             return Drive(self._look(view, face_rad), 0.0, True, "there")
         if extra_points_m is not None and len(extra_points_m):
             points = np.vstack([points, extra_points_m])
@@ -123,7 +133,7 @@ class Driver:
             self._planned_s = min(self._planned_s, view.now_s - 0.5 * _REPLAN_S)
             return Drive(self._look(view, face_rad), leg.cost_to_go_m, False, "way blocked")
         top = self._speed(points, steering, speed_mps, leg.end_m)
-        twist = self._twist(view, steering, top, face_rad, face_top_radps)
+        twist = self._twist(view, points, steering, top, face_rad, face_top_radps)
         return Drive(
             twist, leg.cost_to_go_m, False, "turned along the way" if self._steering.along_the_way else ""
         )
@@ -208,7 +218,13 @@ class Driver:
         return top
 
     def _twist(
-        self, view: View, steering: Steering, top_mps: float, face_rad: float | None, face_top_radps: float
+        self,
+        view: View,
+        points: FloatArray,
+        steering: Steering,
+        top_mps: float,
+        face_rad: float | None,
+        face_top_radps: float,
     ) -> Twist2D:
         robot = self._config.robot
         direction = steering.direction_rad
@@ -223,7 +239,22 @@ class Driver:
         vx, vy = speed * math.cos(direction), speed * math.sin(direction)
         if not self._holonomic:
             vx, vy = max(vx, 0.0), 0.0
+        if self._steering.along_the_way and self._turns_in_vain(view, direction):
+            # In a bend a corner of the body would touch: make room for it.
+            away = self._room.for_turning(points)
+            if away != STOP:
+                vx, vy = away.vx_mps, away.vy_mps
         return within_limits(over_dead_band(Twist2D(vx, vy, wz), robot), robot)
+
+    def _turns_in_vain(self, view: View, direction_rad: float) -> bool:
+        """Whether it has tried to turn for a while, and something keeps it from it."""
+        yaw_rad = view.pose_in_odom.yaw_rad
+        if (
+            abs(direction_rad) < _TURNS_RAD
+            or abs(wrap_angle(yaw_rad - self._turned_to_rad)) > _HAS_TURNED_RAD
+        ):
+            self._turned_to_rad, self._turned_at_s = yaw_rad, view.now_s
+        return view.now_s - self._turned_at_s > _IN_VAIN_S
 
     def _look(self, view: View, face_rad: float | None) -> Twist2D:
         if face_rad is None:

@@ -60,17 +60,22 @@ class Footprint:
         """
         if len(points_m) == 0:
             return np.full(len(directions_rad), FAR_M)
-        x, y = points_m[:, 0], points_m[:, 1]
-        left_over = np.maximum(np.maximum(x - self.front_m, -self.rear_m - x), np.abs(y) - self.half_width_m)
+        x, y = points_m[:, 0], np.abs(points_m[:, 1])
+        left_over = np.maximum(np.maximum(x - self.front_m, -self.rear_m - x), y - self.half_width_m)
         margin = np.minimum(margin_m, left_over - TOUCH_M)
-        c, s = _away_from_zero(np.cos(directions_rad)), _away_from_zero(np.sin(directions_rad))
+        c, s = np.cos(directions_rad), np.sin(directions_rad)
+        # A direction to the right is one to the left in a mirrored world, to the last bit; -0.0 is to the right.
+        aside = np.copysign(1.0, s)[:, None] * points_m[:, 1]
         ahead = np.where(c > 0, self.front_m, -self.rear_m)
         behind = np.where(c > 0, -self.rear_m, self.front_m)
-        side = np.where(s > 0, self.half_width_m, -self.half_width_m)
-        inv_c, inv_s = (1.0 / c)[:, None], (1.0 / s)[:, None]
-        grow_x, grow_y = np.abs(inv_c) * margin, np.abs(inv_s) * margin
-        enter = np.maximum((x - ahead[:, None]) * inv_c - grow_x, (y - side[:, None]) * inv_s - grow_y)
-        leave = np.minimum((x - behind[:, None]) * inv_c + grow_x, (y + side[:, None]) * inv_s + grow_y)
+        inv_c, inv_s = (1.0 / _away_from_zero(c))[:, None], (1.0 / np.maximum(np.abs(s), _PARALLEL))[:, None]
+        grow_x, grow_y = np.abs(inv_c) * margin, inv_s * margin
+        enter = np.maximum(
+            (x - ahead[:, None]) * inv_c - grow_x, (aside - self.half_width_m) * inv_s - grow_y
+        )
+        leave = np.minimum(
+            (x - behind[:, None]) * inv_c + grow_x, (aside + self.half_width_m) * inv_s + grow_y
+        )
         met = (enter < leave) & (leave > 0.0) & (enter > -TOUCH_M)
         free: FloatArray = np.where(met, np.maximum(enter, 0.0), FAR_M).min(axis=1)
         return free

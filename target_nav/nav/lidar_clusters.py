@@ -16,12 +16,9 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
+from target_nav.nav.lidar_noise import range_sigma_m
 from target_nav.nav.scan_points import ScanPoints
 from target_nav.state.types import FloatArray
-
-# RPLidar A1, noise (1 sigma) over range, measured on 10,481 scans.
-_NOISE_RANGE_M = (0.15, 0.5, 1.0, 1.5, 2.5, 3.5, 4.5, 6.0)
-_NOISE_SIGMA_M = (0.0013, 0.0019, 0.0035, 0.0055, 0.0095, 0.0165, 0.0255, 0.031)
 
 BRIDGED_BEAMS = 3.5
 """Two drop-outs in a row do not split a cluster: 4 % at 2 m, where one in five beams is lost."""
@@ -41,9 +38,11 @@ MIN_SHARE = 0.3
 """At least this share of the beams that the target would fill: half of it hidden or lost is still an answer."""
 MODEL_SIGMA_M = 0.01
 """The target is not quite a cylinder of the given width at the height of the laser, nor stamps quite right."""
-EDGE_BEAMS_SIGMA = 0.8
-"""Two edges, each known to within one beam, and a lost beam now and then: 0.4. Doubled, because to a robot that stands
-the same beams meet the target scan after scan, and what they get wrong does not average out."""
+OFFSET_SIGMA_M = 0.0075
+"""The same along the line of sight, where a constant offset of the LiDAR (some millimetres) is the most of it."""
+EDGE_BEAMS_SIGMA = 0.55
+"""Two edges, each known to within one beam, and a lost beam now and then: 0.4. More, because to a robot that stands the
+same beams meet the target scan after scan, and what they get wrong does not average out; so much makes NEES honest."""
 
 
 _MOST_RETURNS = 120
@@ -54,11 +53,6 @@ class _Side(Enum):
     FREE = "clearly farther off, or nothing"
     NEARER = "clearly nearer"
     JOINED = "at the same range"
-
-
-def range_sigma_m(range_m: float) -> float:
-    """Noise of one return (1 sigma) at `range_m`."""
-    return float(np.interp(range_m, _NOISE_RANGE_M, _NOISE_SIGMA_M))
 
 
 @dataclass(frozen=True)
@@ -128,7 +122,7 @@ def find_clusters(view: PolarView) -> NDArray[np.intp]:
     following = np.roll(ranges, -1)
     turn = np.roll(bearings, -1) - bearings
     turn[-1] += 2.0 * math.pi
-    limit = JUMP_M + JUMP_SIGMAS * np.interp(np.minimum(ranges, following), _NOISE_RANGE_M, _NOISE_SIGMA_M)
+    limit = JUMP_M + JUMP_SIGMAS * range_sigma_m(np.minimum(ranges, following))
     ends = np.flatnonzero((np.abs(following - ranges) > limit) | (turn > BRIDGED_BEAMS * view.beam_rad))
     if len(ends) == 0:
         return np.array([[0, count]], dtype=np.intp)
@@ -167,7 +161,7 @@ def _fixes(view: PolarView, run: NDArray[np.intp], width_m: float) -> list[Targe
     near_m, deep_m = min(ranges), max(ranges) - min(ranges)
     pitch_m = near_m * view.beam_rad
     span_m = near_m * spread_rad
-    sigma_m = range_sigma_m(near_m)
+    sigma_m = float(range_sigma_m(near_m))
     filled = width_m / pitch_m
     if len(ranges) < MIN_SHARE * filled or max(span_m, deep_m) > BACKGROUND_WIDTHS * width_m:
         return []
@@ -177,7 +171,7 @@ def _fixes(view: PolarView, run: NDArray[np.intp], width_m: float) -> list[Targe
     sides = _beside(view, first, -1), _beside(view, last, +1)
     narrow = span_m <= MAX_WIDTHS * width_m and deep_m <= width_m + 2.0 * JUMP_SIGMAS * sigma_m
     if not narrow or _Side.JOINED in sides:
-        along += MODEL_SIGMA_M**2
+        along += OFFSET_SIGMA_M**2
         return [
             _fix(view, range_m + radius_m, bearing_rad, along, across, radius_m, returns=1, doubtful=True)
             for range_m, bearing_rad in zip(ranges, bearings)
@@ -191,7 +185,7 @@ def _fixes(view: PolarView, run: NDArray[np.intp], width_m: float) -> list[Targe
         off_m = range_m * math.sin(bearing_rad - middle_rad)
         ahead_m = range_m * math.cos(bearing_rad - middle_rad)
         centres.append(ahead_m + math.sqrt(max(radius_m**2 - off_m * off_m, 0.0)))
-    along = along / len(ranges) + MODEL_SIGMA_M**2
+    along = along / len(ranges) + OFFSET_SIGMA_M**2
     slack_m = max(radius_m - 0.5 * span_m, 0.0)
     doubtful = _Side.NEARER in sides or filled < MIN_BEAMS
     return [_fix(view, median(centres), middle_rad, along, across, slack_m, len(ranges), doubtful)]
@@ -234,7 +228,7 @@ def _beside(view: PolarView, edge: int, side: int) -> _Side:
         return _Side.FREE
     edge_m = float(view.ranges_m[edge])
     behind_m = float(view.ranges_m[other]) - edge_m
-    jump_m = JUMP_M + JUMP_SIGMAS * range_sigma_m(edge_m)
+    jump_m = JUMP_M + JUMP_SIGMAS * float(range_sigma_m(edge_m))
     if behind_m < -jump_m:
         return _Side.NEARER
     return _Side.JOINED if behind_m < jump_m else _Side.FREE

@@ -14,15 +14,13 @@ import numpy as np
 
 from target_nav.config import Config
 from target_nav.nav.footprint import Footprint
-from target_nav.nav.speed import braking_speed_mps, within_limits
+from target_nav.nav.speed import NOTHING, braking_speed_mps, within_limits
 from target_nav.state.types import STOP, FloatArray, MotionRequest, Twist2D
 
 _REACTION_S = 0.20
 """Tick, command and drivetrain: how long the old velocity goes on."""
 _SAMPLES = 14
 _ROUNDING_M = 1e-4
-_NOTHING = 1e-6
-"""m/s or rad/s: no motion at all."""
 _TOUCHING_M = 0.005
 """Nearer than this to one thing is no excuse to come as near to another."""
 _TARGET_RADIUS_M = 0.045
@@ -45,13 +43,17 @@ class Limited:
 
 class VelocityLimiter:
     def __init__(self, config: Config) -> None:
+        self.configure(config)
+        self._sent = STOP
+        self._measured = STOP
+
+    def configure(self, config: Config) -> None:
+        """Other limits from the next tick on; what is being sent goes over to them within those of acceleration."""
         self._robot = config.robot
         self._avoid = config.avoid
         self._loop = config.loop
         self._body = Footprint.of(config.robot)
         self._radius_m = self._body.circumscribed_radius_m
-        self._sent = STOP
-        self._measured = STOP
 
     def reset(self) -> None:
         """Begin from standstill."""
@@ -230,7 +232,7 @@ class VelocityLimiter:
 
 
 def _still(twist: Twist2D) -> bool:
-    return twist.speed_mps < _NOTHING and abs(twist.wz_radps) < _NOTHING
+    return twist.speed_mps < NOTHING and abs(twist.wz_radps) < NOTHING
 
 
 def _close(one: Twist2D, other: Twist2D) -> bool:

@@ -20,7 +20,7 @@ from target_nav.nav.progress import Progress
 from target_nav.nav.recovery import Recovery
 from target_nav.nav.skill import SkillStatus, SkillStep, View
 from target_nav.nav.staging import approach_spots, straight_way_clear, without_own
-from target_nav.state.types import STOP, FloatArray, Track
+from target_nav.state.types import STOP, Avoidance, FloatArray, Track
 from target_nav.utils.frames import to_child
 
 _FACING_RAD = 0.15
@@ -59,6 +59,11 @@ class NavigateToTarget(GuardedSkill):
         self._recovery = Recovery(config, _RECOVERIES)
         self._progress = Progress(standing_s=_STANDING_S, no_nearer_s=_NO_NEARER_S)
         self._least_margin_m = config.avoid.stop_clearance_m + _SPOT_SLACK_M + 0.005
+
+    @property
+    def avoidance(self) -> Avoidance | None:
+        """What VFH saw and chose when it last drove."""
+        return self._driver.avoidance
 
     def _begin(self, view: View) -> None:
         self._driver.forget()

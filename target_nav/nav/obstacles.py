@@ -23,17 +23,17 @@ from target_nav.utils.frames import points_to_child
 
 CELL_M = 0.05
 SUPPORT_M = 0.10
-"""Two returns this near to each other are two looks at one thing; beams of one degree are 2 cm apart at 1.2 m."""
+"""Two returns this near to each other are two looks at one thing; beams of one degree are 7 cm apart at 4 m."""
 UNSUPPORTED_S = 0.5
 """How long a lone return counts: the next two scans have come by then."""
 SEE_THROUGH_M = 0.10
-"""A beam clears what it passes by this much: three sigma of the LiDAR at the end of the look-ahead, and odometry."""
+"""A beam clears what it passes by this much: four sigma of the LiDAR at 4 m, and odometry."""
 CLEARING_SCANS = 2
 """Scans in a row that must look through a supported point: a thin leg hides between two beams for one."""
 SELF_INSET_M = 0.01
 """A return this deep inside the footprint is the body itself; less may be an obstacle that touches it."""
 EXTRA_RADIUS_M = 0.5
-"""Remembered beyond the look-ahead, for the robot comes nearer: 0.30 m/s for 1.5 s."""
+"""Remembered beyond what is handed out, for the robot comes nearer: 0.30 m/s for 1.5 s."""
 TARGET_MARGIN_M = 0.05
 TARGET_SIGMAS = 2.0
 
@@ -46,9 +46,9 @@ class ObstacleMemory:
 
     def __init__(self, config: Config) -> None:
         self._config = config
-        robot = config.robot
-        reach_m = config.avoid.look_ahead_m + config.avoid.margin_m
-        self._reach_m = reach_m + robot.circumscribed_radius_m
+        look_m = config.avoid.look_ahead_m + config.avoid.margin_m + config.robot.circumscribed_radius_m
+        # Never less than what the avoidance looks at.
+        self._reach_m = max(config.avoid.memory_radius_m, look_m)
         self._keep_m = self._reach_m + EXTRA_RADIUS_M
         self._epoch = -1
         self.clear()
@@ -79,7 +79,9 @@ class ObstacleMemory:
             self._expire(now_s)
 
     def points_in_base(self, pose_in_odom: Pose2D, track: Track | None, spec: TargetSpec) -> FloatArray:
-        """Obstacle points in base_link, shape (N, 2), out to `look_ahead_m + margin_m` from the body.
+        """Obstacle points in base_link, shape (N, 2), out to `memory_radius_m` from base_link.
+
+        That is farther than avoidance looks: routes out of traps and searches need the walls of a room.
 
         Left out: what is inside the footprint, and the points of the confirmed target, which lie within its radius
         and what its position is uncertain by (`lidar_range_gate_m` at most), so that a box beside it stays.

@@ -1,8 +1,10 @@
 """Where the robot is by its own wheels: body velocities integrated into a pose.
 
 The firmware reports the mean velocity of the interval that ends with its line, so a line's twist is applied
-to the time *before* its stamp. Over one interval the twist is constant and the motion is an arc, integrated
-exactly (exponential map of SE(2); e.g. Lynch and Park, Modern Robotics, 2017, section 3.3.3).
+to the time *before* its stamp. How long that was, the firmware's own clock tells, where the line has it: on a
+busy host lines come late and in pairs, and a turn that is counted 20 ms too long is half a degree. Over one
+interval the twist is constant and the motion is an arc, integrated exactly (exponential map of SE(2); e.g. Lynch
+and Park, Modern Robotics, 2017, section 3.3.3).
 """
 
 from __future__ import annotations
@@ -72,6 +74,10 @@ def arc(twist: Twist2D, dt_s: float) -> Pose2D:
     return Pose2D(along * dx - across * dy, across * dx + along * dy, angle)
 
 
+DEVICE_CLOCK_US = 2**32
+"""The firmware's clock counts microseconds and wraps round here."""
+
+
 class OdometryIntegrator:
     """Integrates stamped body twists. A pose in odom drifts but never jumps.
 
@@ -93,6 +99,7 @@ class OdometryIntegrator:
         self._pose = Pose2D()
         self._covariance: FloatArray = np.zeros((3, 3))
         self._stamp_s: float | None = None
+        self._device_us: int | None = None
         self.in_gap = False
         self.gaps = 0
         self.rejected = 0
@@ -106,8 +113,11 @@ class OdometryIntegrator:
         """Of the pose since the last reset, shape (3, 3) over x, y, yaw in odom. A copy."""
         return self._covariance.copy()
 
-    def add(self, stamp_s: float, twist: Twist2D) -> Odometry | None:
+    def add(self, stamp_s: float, twist: Twist2D, device_us: int | None = None) -> Odometry | None:
         """Advance to `stamp_s`, which ended an interval driven at `twist` in base_link.
+
+        `device_us` is the firmware's clock at the interval's end. Two in a row tell the interval, unless the host's
+        stamps contradict by more than `max_gap_s`: a firmware that was reset, a line that was damaged.
 
         The first message after the start or a reset only sets the clock. None: the message was ignored and
         counted in `rejected`, being not finite or older than the one before.
@@ -121,20 +131,27 @@ class OdometryIntegrator:
             if dt_s < 0.0:
                 self.rejected += 1
                 return None
+            dt_s = self._by_device(dt_s, device_us)
             self.in_gap = dt_s > self._max_gap_s
             self.gaps += self.in_gap
             self._advance(arc(scaled, min(dt_s, self._max_gap_s)))
-        self._stamp_s = stamp_s
+        self._stamp_s, self._device_us = stamp_s, device_us
         return Odometry(stamp_s, self._pose, scaled)
 
     def resume(self, stamp_s: float, pose_in_odom: Pose2D) -> None:
         """Go on from a pose that a predecessor had at `stamp_s`; what was driven since is a gap."""
-        self._stamp_s, self._pose = stamp_s, pose_in_odom
+        self._stamp_s, self._device_us, self._pose = stamp_s, None, pose_in_odom
 
     def reset(self) -> None:
         """The robot's present pose becomes odom's origin; the clock and the counters go on."""
         self._pose = Pose2D()
         self._covariance = np.zeros((3, 3))
+
+    def _by_device(self, host_s: float, device_us: int | None) -> float:
+        if device_us is None or self._device_us is None:
+            return host_s
+        device_s = (device_us - self._device_us) % DEVICE_CLOCK_US * 1e-6
+        return device_s if abs(device_s - host_s) <= self._max_gap_s else host_s
 
     def _advance(self, step: Pose2D) -> None:
         """Move by `step`, given in base_link, and let the covariance grow: F P F' + R Q R'."""

@@ -16,10 +16,10 @@ from target_nav.state.types import FloatArray
 
 _CELL_M = 0.05
 _STRIDE = 1 << 24
-_MEMORY_S = 60.0
+_MEMORY_S = 240.0
 _UNSEEN_S = 10.0
 """In a direction without any return nothing speaks against a point but its age."""
-_FORGET_BEYOND_M = 5.0
+_FORGET_BEYOND_M = 11.0
 _REACH_SLACK_M = 0.1
 _SECTORS = 120
 _THROUGH_M = 0.10

@@ -7,6 +7,9 @@ import math
 from target_nav.config import RobotConfig
 from target_nav.state.types import STOP, Twist2D
 
+NOTHING = 1e-6
+"""m/s or rad/s: what arithmetic leaves over of a zero, and no motion that anybody wants."""
+
 
 def braking_speed_mps(distance_m: float, decel_mps2: float, reaction_s: float = 0.0) -> float:
     """The fastest speed that still stops within `distance_m`: solves v * reaction + v^2 / (2 a) = d for v."""
@@ -44,9 +47,13 @@ def within_limits(twist: Twist2D, robot: RobotConfig) -> Twist2D:
 
 
 def over_dead_band(twist: Twist2D, robot: RobotConfig) -> Twist2D:
-    """Any motion that is wanted is made fast enough for the motors to turn; zero stays zero."""
+    """Any motion that is wanted is made fast enough for the motors to turn; zero, or next to it, is zero."""
     vx, vy, wz = twist.vx_mps, twist.vy_mps, twist.wz_radps
     speed = math.hypot(vx, vy)
+    if not speed >= NOTHING:
+        vx = vy = speed = 0.0
+    if not abs(wz) >= NOTHING:
+        wz = 0.0
     if 0.0 < speed < robot.min_speed_mps:
         vx, vy = vx * robot.min_speed_mps / speed, vy * robot.min_speed_mps / speed
     # A base that is rolling already turns on small differences; one that stands does not.

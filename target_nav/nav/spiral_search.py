@@ -1,8 +1,8 @@
 """Drives about within a radius of the place where it began, for a target that is out of sight from there.
 
-Way-points lie on an Archimedean spiral. Of those left, the one is next that promises most new floor for the way to it;
-one that would show nothing new, is occupied or cannot be reached is passed over at once. While driving, a base that
-strafes looks to where most is still unseen; a differential base looks round at the way-points.
+Way-points lie on an Archimedean spiral. Of those left, the one is next that promises most new floor for the way to it
+(`viewpoints`); one that would show nothing new, is occupied or cannot be reached is passed over at once. While
+driving, a base that strafes looks to where most is still unseen; a differential base looks round at the way-points.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from target_nav.nav.room import Room
 from target_nav.nav.skill import SkillStatus, SkillStep, View
 from target_nav.nav.speed import YawControl, over_dead_band, within_limits
 from target_nav.nav.spiral import spiral, spots_round
-from target_nav.state.types import STOP, Pose2D, Twist2D
-from target_nav.utils.frames import points_to_parent, to_parent, wrap_angle
+from target_nav.nav.viewpoints import Verdict, Viewpoints
+from target_nav.state.types import STOP, Avoidance, Pose2D, Twist2D
+from target_nav.utils.frames import to_parent, wrap_angle
 
 _LOOK_EVERY_S = 0.25
 _SURE_SHARE = 0.9
@@ -35,12 +36,10 @@ _EDGE_RAD = 0.17
 """Left out at the picture's edges when choosing where to look, so that what was looked at is then well inside."""
 _GAZE_M2 = 0.1
 """New floor that is worth turning to."""
-_STOP_S = 5.0
-"""What stopping at a way-point costs, beside the way to it."""
-_MOST_COMPARED = 24
-"""So many way-points, the nearest, are compared in one tick: that bounds its time."""
-_FARTHEST_WAY_M = 15.0
+_FARTHEST_WAY_M = 40.0
 """In cost: tight places count several times."""
+_FINENESS = 0.4
+"""Way-points lie so much closer than the search may pass things by, for doorways and passages need some in them."""
 _NEAR_ENOUGH_M = 0.25
 _NO_WAY_S = 0.5
 _KEEP_GAZE = 1.5
@@ -51,7 +50,11 @@ class SpiralSearch(GuardedSkill):
     def __init__(
         self, config: Config, *, time_limit_s: float, radius_m: float, spacing_m: float, speed_mps: float
     ) -> None:
-        """Succeeds with a confirmed track seen just now; fails when all in reach was seen, or the time is over."""
+        """Succeeds with a confirmed track seen just now; fails when all in reach was seen, or the time is over.
+
+        Started again after it has found something, it goes on with what is left of floor and time: what it found was
+        something else, or was lost again. After all was seen it looks at everything anew.
+        """
         self._config = config
         self._time_limit_s = time_limit_s
         self._radius_m, self._spacing_m, self._speed_mps = radius_m, spacing_m, speed_mps
@@ -63,38 +66,52 @@ class SpiralSearch(GuardedSkill):
         self._yaw = YawControl(config.robot, top_radps=self._yaw_rate_radps, rest_rad=0.03)
         self._range_m = min(_SURE_SHARE * config.camera.max_range_m, config.track.max_range_m)
         self._coverage = Coverage(config.camera, self._range_m)
+        self._viewpoints = Viewpoints(self._coverage, self._driver, speed_mps, _FARTHEST_WAY_M)
+        self._all_was_seen = True
+        self._spent_s = self._way_m = 0.0
+        self._passed_over = self._visited = 0
         half_picture = config.camera.half_fov_rad - _EDGE_RAD
         around = np.abs(np.remainder(self._coverage.ray_angles_rad + math.pi, 2.0 * math.pi) - math.pi)
         self._window = np.fft.rfft(np.fft.ifftshift((around <= half_picture).astype(np.float64)))
 
+    @property
+    def avoidance(self) -> Avoidance | None:
+        """What VFH saw and chose when it last drove."""
+        return self._driver.avoidance
+
     def _begin(self, view: View) -> None:
-        self._driver.forget()
         self._glimpse.reset()
         self._progress.begin()
-        self._coverage.begin(view.pose_in_odom)
-        self._coverage.look_again(self._range_m)
-        self._look = 0
-        self._started_s = view.now_s
+        self._driver.reset()
+        self._started_s = view.now_s - self._spent_s
         self._last_pose: Pose2D = view.pose_in_odom
-        self._way_m = 0.0
         self._looked_s = -math.inf
         self._gaze_in_odom_rad: float | None = None
         self._look_round_until_s: float | None = None
         self._no_way_since_s: float | None = None
-        self._passed_over = self._visited = 0
-        self._unreachable: set[tuple[float, float]] = set()
+        if self._all_was_seen:
+            self._begin_anew(view)
+        self._viewpoints.drop()
+
+    def _begin_anew(self, view: View) -> None:
+        self._all_was_seen = False
+        self._driver.forget()
+        self._coverage.begin(view.pose_in_odom)
+        self._coverage.look_again(self._range_m)
+        self._look = 0
         # The first way-point lies where there is most room.
         ahead_rad, _ = self._room.widest(view.obstacles_in_base_m, 0.0)
         begin = replace(view.pose_in_odom, yaw_rad=view.pose_in_odom.yaw_rad + ahead_rad)
-        self.waypoints_m = [to_parent(begin, x, y) for x, y in spiral(self._radius_m, self._spacing_m)]
-        self._left = list(self.waypoints_m)
-        self._waypoint: tuple[float, float] | None = None
+        spacing_m = _FINENESS * self._spacing_m
+        spots = [to_parent(begin, x, y) for x, y in spiral(self._radius_m, spacing_m)]
+        self._viewpoints.begin(np.array(spots))
+        self._viewpoints.look(_LOOKS[0][0])
 
     def _step(self, view: View) -> SkillStep:
         pose = view.pose_in_odom
         self._way_m += math.hypot(pose.x_m - self._last_pose.x_m, pose.y_m - self._last_pose.y_m)
         self._last_pose = pose
-        passed_s = view.now_s - self._started_s
+        passed_s = self._spent_s = view.now_s - self._started_s
         sight = self._glimpse.look(view)
         if sight is Sight.FOUND and view.track is not None:
             words = f"found after {passed_s:.1f} s, {self._way_m:.1f} m; {view.track.range_m:.2f} m off"
@@ -106,8 +123,7 @@ class SpiralSearch(GuardedSkill):
             return SkillStep(SkillStatus.RUNNING, self._glimpse.twist(view), "something is there, looking")
         if view.now_s - self._looked_s >= _LOOK_EVERY_S:
             self._looked_s = view.now_s
-            in_odom = points_to_parent(pose, view.obstacles_in_base_m)
-            self._coverage.update(pose, in_odom, self._driver.reach_m)
+            self._coverage.update(pose, self._driver.known_points(view), self._driver.reach_m)
             self._choose_gaze(pose)
             self._drop_if_seen()
         if self._look_round_until_s is not None:
@@ -116,12 +132,12 @@ class SpiralSearch(GuardedSkill):
             self._look_round_until_s = None
             if self._gaze_in_odom_rad is None:
                 self._coverage.settle(pose)
-            self._done()
-        if self._waypoint is None and not self._choose_waypoint(view):
+            self._viewpoints.finish()
+        if self._viewpoints.chosen is None and not self._choose_waypoint(view):
             return self._failed(passed_s, "all in reach was seen")
-        if self._waypoint is None:
+        if self._viewpoints.chosen is None:
             return SkillStep(SkillStatus.RUNNING, STOP, "choosing a way-point")
-        return self._drive_on(view, self._waypoint)
+        return self._drive_on(view, self._viewpoints.place_m)
 
     def _drive_on(self, view: View, waypoint: tuple[float, float]) -> SkillStep:
         pose = view.pose_in_odom
@@ -137,12 +153,11 @@ class SpiralSearch(GuardedSkill):
         )
         if self._gives_up(view, drive):
             self._passed_over += 1
-            self._unreachable.add(waypoint)
-            self._done()
+            self._viewpoints.finish(given_up=True)
         elif drive.at_goal or away_m < _NEAR_ENOUGH_M:
             self._visited += 1
             self._look_round_until_s = view.now_s + _LOOK_ROUND_SLACK * 2.0 * math.pi / self._yaw_rate_radps
-        words = f"{self._visited} way-points visited, {self._passed_over} passed over, {len(self._left)} left"
+        words = f"{self._visited} way-points visited, {self._passed_over} passed over, {self._viewpoints.left} left"
         return SkillStep(SkillStatus.RUNNING, drive.twist, words)
 
     def _gives_up(self, view: View, drive: Drive) -> bool:
@@ -165,57 +180,32 @@ class SpiralSearch(GuardedSkill):
     def _choose_waypoint(self, view: View) -> bool:
         """Take the way-point that shows most for its way; False if none shows anything, however closely one looks.
 
-        Compares a bounded number a tick; True without a way-point means that there are more to compare.
+        True without a way-point means that there are more to compare.
         """
-        if self._best_left(view):
+        verdict = self._viewpoints.choose(view)
+        if verdict is Verdict.CHOSEN:
             self._no_way_since_s = None
             self._driver.reset()
             self._progress.begin()
-            return True
-        if self._compared_all:
+        elif verdict is Verdict.NONE:
             if self._look + 1 >= len(_LOOKS):
+                self._all_was_seen = True
                 return False
             self._look += 1
-            range_m = min(_LOOKS[self._look][1], self._range_m)
+            least_m2, range_m = _LOOKS[self._look]
             if range_m < self._range_m:
                 self._coverage.look_again(range_m)
-            self._left = [spot for spot in self.waypoints_m if spot not in self._unreachable]
+            self._viewpoints.look(least_m2)
         return True
-
-    def _best_left(self, view: View) -> bool:
-        """Compare the nearest of those left; those that show too little are not asked again in this look."""
-        self._compared_all = True
-        if not self._left:
-            return False
-        spots = np.array(self._left)
-        cost_m = self._driver.costs_to(view, spots, _FARTHEST_WAY_M)
-        candidates = np.flatnonzero(self._coverage.is_known_free(spots) & np.isfinite(cost_m))
-        self._compared_all = len(candidates) <= _MOST_COMPARED
-        candidates = candidates[np.argsort(cost_m[candidates], kind="stable")[:_MOST_COMPARED]]
-        if len(candidates) == 0:
-            return False
-        gain = self._coverage.unseen_by_ray_m2(spots[candidates]).sum(axis=1)
-        worth = gain >= _LOOKS[self._look][0]
-        value = np.where(worth, gain / (cost_m[candidates] / self._speed_mps + _STOP_S), 0.0)
-        if worth.any():
-            self._waypoint = self._left[int(candidates[int(np.argmax(value))])]
-        worthless = {self._left[index] for index in candidates[~worth].tolist()}
-        self._left = [spot for spot in self._left if spot not in worthless]
-        return self._waypoint is not None
 
     def _drop_if_seen(self) -> None:
         """On the way much is seen already; what the way-point would still show may not be worth it any more."""
-        if self._waypoint is None or self._look_round_until_s is not None:
+        if self._viewpoints.chosen is None or self._look_round_until_s is not None:
             return
-        still_shows_m2 = float(self._coverage.unseen_by_ray_m2(np.array([self._waypoint])).sum())
-        if still_shows_m2 < _LOOKS[self._look][0]:
+        place = np.array([self._viewpoints.place_m])
+        if float(self._coverage.unseen_by_ray_m2(place).sum()) < _LOOKS[self._look][0]:
             self._passed_over += 1
-            self._done()
-
-    def _done(self) -> None:
-        if self._waypoint in self._left:
-            self._left.remove(self._waypoint)
-        self._waypoint = None
+            self._viewpoints.finish()
 
     def _choose_gaze(self, pose: Pose2D) -> None:
         """Where to look: most new floor in the picture for the turn to it; nowhere if nothing new is in sight."""

@@ -15,7 +15,7 @@ from target_nav.nav.lidar_clusters import PolarView, polar_view, target_fixes
 from target_nav.nav.poses import PoseHistory
 from target_nav.nav.scan_points import deskewed_points_in_odom
 from target_nav.nav.tracker_candidate import Candidate, Travel
-from target_nav.nav.tracker_candidates import RANGED_FROM_HITS, CandidateSet
+from target_nav.nav.tracker_candidates import EDGE_RAD, RANGED_FROM_HITS, CandidateSet
 from target_nav.nav.tracker_filter import CameraExpectation, CameraMeasurement
 from target_nav.state.types import Detection, DetectionFrame, Odometry, Pose2D, Scan, TargetSpec, Track
 from target_nav.utils.frames import compose, wrap_angle
@@ -36,8 +36,6 @@ FULLY_VISIBLE_FROM_M = 0.45
 """Nearer, the picture clips the reference target."""
 SURELY_FOUND_SHARE = 0.7
 """Of `camera.max_range_m`: up to here a missing detection means something."""
-EDGE_RAD = 0.07
-"""So near to the picture's edge it means nothing."""
 OCCLUDER_M = 0.20
 """A return so much nearer than the target hides it."""
 SCAN_MEMORY_S = 0.6

@@ -37,6 +37,8 @@ class Candidate:
     """When the filters' covariances were last brought up to date."""
     last_seen_s: float
     hits: int = 0
+    looks: int = 0
+    """Frames that had it in the picture, found or not."""
     misses: int = 0
     """Frames in a row in which the camera should have found it and did not."""
     confirmed: bool = False

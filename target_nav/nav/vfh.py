@@ -50,7 +50,8 @@ class Vfh:
         self._turned = turned
         self._step_rad = 2.0 * math.pi / config.avoid.sectors
         half = config.avoid.sectors // 2
-        self._angles = (np.arange(config.avoid.sectors) - half) * self._step_rad
+        sectors: FloatArray = np.arange(config.avoid.sectors, dtype=np.float64)
+        self._angles: FloatArray = (sectors - half) * self._step_rad
         # Never less than what the limiter keeps free, or it would stop what was chosen here.
         self._margins = (
             max(config.avoid.margin_m, config.avoid.stop_clearance_m + 0.005),
@@ -59,6 +60,8 @@ class Vfh:
         self.reset()
 
     def reset(self) -> None:
+        self.free_sectors_m: FloatArray | None = None
+        """The last histogram, for whoever wants to show it; its directions are `directions_rad`."""
         self._open: NDArray[np.bool_] | None = None
         self._open_yaw_rad = 0.0
         self._last_in_odom_rad: float | None = None
@@ -83,6 +86,7 @@ class Vfh:
         directions = np.append(self._angles, goal_rad)
         for margin_m in dict.fromkeys(self._margins):
             free = self._free(near, directions, margin_m)
+            self.free_sectors_m = free[:-1]
             for share in _SHORTER:
                 need_m = max(share * wanted_m, min(wanted_m, _LEAST_FREE_M))
                 chosen = self._choose(free, need_m, yaw_rad, goal_rad, motion_rad)
@@ -90,6 +94,11 @@ class Vfh:
                     return chosen
         self._last_in_odom_rad = None
         return None
+
+    @property
+    def directions_rad(self) -> FloatArray:
+        """The middle of each sector in base_link, shape (S,)."""
+        return self._angles
 
     def free_m(self, points_m: FloatArray, direction_rad: float, margin_m: float | None = None) -> float:
         """How far the body can go in one direction with its preferred margin (or another one)."""

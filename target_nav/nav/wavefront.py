@@ -15,7 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from target_nav.state.types import FloatArray
+
 BoolGrid = NDArray[np.bool_]
+_PARTS = 8
+_NEVER = int(np.iinfo(np.int64).max)
 
 
 def to_bits(grid: BoolGrid) -> int:
@@ -55,6 +59,46 @@ def dilate(bits: int, side: int, radii_cells: Sequence[float]) -> list[int]:
     return grown
 
 
+class Discs:
+    """Grows points by a disc, to a fraction of a cell: a gap is as wide as it is, however the grid lies.
+
+    Unlike with `dilate` points need not lie in the middle of a cell. What a disc covers is looked up by where in its
+    cell the point lies, to an eighth of a cell, and by radius.
+    """
+
+    def __init__(self, radii_cells: Sequence[float], side: int) -> None:
+        self._side = side
+        reach = math.ceil(max(radii_cells))
+        self.reach_cells = reach
+        """Points so near to the grid's border may run over: keep them off it."""
+        down, across = (index.reshape(-1) for index in np.mgrid[-reach : reach + 1, -reach : reach + 1])
+        parts = (np.arange(_PARTS) + 0.5) / _PARTS - 0.5
+        stencils = [
+            np.flatnonzero((down - y) ** 2 + (across - x) ** 2 <= radius**2)
+            for radius in radii_cells
+            for y in parts
+            for x in parts
+        ]
+        offsets = down * side + across
+        longest = max(1, *(len(cells) for cells in stencils))
+        self._table = np.array(
+            [np.resize(offsets[cells] if len(cells) else [0], longest) for cells in stencils], dtype=np.int32
+        )
+
+    def of(self, points_cells: FloatArray, radius: NDArray[np.intp]) -> BoolGrid:
+        """Cells whose middle lies in a disc, shape (side, side), for points (N, 2) as column and row, in cells.
+
+        `radius` (N,) is the index of each point's radius.
+        """
+        grid: BoolGrid = np.zeros(self._side * self._side, dtype=np.bool_)
+        middle = np.rint(points_cells)
+        part = np.clip(((points_cells - middle + 0.5) * _PARTS).astype(np.intp), 0, _PARTS - 1)
+        stencil = (radius * _PARTS + part[:, 1]) * _PARTS + part[:, 0]
+        cell = (middle[:, 1] * self._side + middle[:, 0]).astype(np.int32)
+        grid[(cell[:, None] + self._table[stencil]).reshape(-1)] = True
+        return grid.reshape(self._side, self._side)
+
+
 @dataclass(frozen=True)
 class Wave:
     """A finished search: `fronts[cost]` are the cells that are `cost` steps away from the nearest goal."""
@@ -68,18 +112,36 @@ class Wave:
         """Cost of the last front: that of the cell the search ran until."""
         return len(self.fronts) - 1
 
-    def costs_of(self, regions: Sequence[int]) -> list[int | None]:
-        """The lowest cost of any cell of each region; None for one that was not reached."""
-        costs: list[int | None] = [None] * len(regions)
-        left = 0
-        for cells in regions:
-            left |= cells
-        for cost, front in enumerate(self.fronts):
-            if front & left:
-                for index, cells in enumerate(regions):
-                    if costs[index] is None and front & cells:
-                        costs[index] = cost
-        return costs
+    def costs_near(
+        self, rows: NDArray[np.intp], columns: NDArray[np.intp], reach: int, band: int = 1
+    ) -> NDArray[np.int64]:
+        """The lowest cost at each cell, and half of and all of `reach` beside it; -1 where the wave did not come.
+
+        Rounded down to a multiple of `band`, which is quicker.
+        """
+        costs = self.costs(band)
+        nearest = np.full(len(rows), _NEVER)
+        steps = sorted({-reach, -(reach // 2), 0, reach // 2, reach})
+        for down in steps:
+            for across in steps:
+                row = np.clip(rows + down, 0, self.side - 1)
+                np.minimum(nearest, costs[row, np.clip(columns + across, 0, self.side - 1)], out=nearest)
+        return np.where(nearest == _NEVER, -1, nearest)
+
+    def costs(self, band: int = 1) -> NDArray[np.int64]:
+        """Cost of each cell, row by column; the largest whole number where the wave did not come."""
+        grid = np.full((self.side, self.side), _NEVER)
+        flat = grid.reshape(-1)
+        for begin in range(0, len(self.fronts), band):
+            cells = 0
+            for front in self.fronts[begin : begin + band]:
+                cells |= front
+            if cells:
+                first = ((cells & -cells).bit_length() - 1) // 8
+                raw = (cells >> (8 * first)).to_bytes((cells.bit_length() + 7) // 8 - first, "little")
+                bits = np.unpackbits(np.frombuffer(raw, dtype=np.uint8), bitorder="little")
+                flat[np.flatnonzero(bits) + 8 * first] = begin
+        return grid
 
     def descend(self, cell: int) -> list[int]:
         """Cells from `cell` (where the wave ended) down to a goal, both included; straight on where it can choose."""

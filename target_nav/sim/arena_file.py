@@ -24,6 +24,7 @@ from target_nav.sim.arena_types import (
     Obstacle,
     PlacedObject,
     WallObstacle,
+    config_for_goal,
 )
 from target_nav.sim.objects import OBJECTS, unknown_class
 from target_nav.state.types import Pose2D
@@ -35,6 +36,7 @@ WORLD_LIMITS_M = (-1000.0, 1000.0)
 SIZE_LIMITS_M = (0.001, 1000.0)
 TIME_LIMITS_S = (1.0, 36_000.0)
 DEFAULT_TIME_LIMIT_S = 120.0
+LEVEL_LIMITS = (0.0, 9.0)
 
 _SHAPES = {
     "circle": ("x", "y", "radius"),
@@ -71,7 +73,18 @@ class _ArenaReader:
             root,
             "an arena",
             required=("bounds", "robot"),
-            optional=("name", "target", "goal", "obstacles", "decoys", "profile", "time_limit_s", "expect"),
+            optional=(
+                "name",
+                "target",
+                "goal",
+                "obstacles",
+                "decoys",
+                "profile",
+                "time_limit_s",
+                "expect",
+                "kind",
+                "level",
+            ),
         )
         arena = self._arena(root, keys) if keys is not None else None
         if arena is not None:
@@ -100,6 +113,8 @@ class _ArenaReader:
         expect = self._expect(keys)
         if bounds is None or robot is None:
             return None
+        if goal is not None:
+            config = config_for_goal(config, robot, goal)
         return Arena(
             name=name or "",
             bounds=bounds,
@@ -111,6 +126,8 @@ class _ArenaReader:
             config=config,
             time_limit_s=limit_s or DEFAULT_TIME_LIMIT_S,
             expect=expect,
+            kind=(self._file.text(keys["kind"], "kind") if "kind" in keys else None) or "",
+            level=self._level(keys),
         )
 
     def _bounds(self, node: yaml.Node) -> Bounds | None:
@@ -223,6 +240,10 @@ class _ArenaReader:
             except ConfigError as error:
                 self._file.complain(key_node, str(error))
         return config
+
+    def _level(self, keys: dict[str, yaml.Node]) -> int:
+        level = self._file.number(keys["level"], "level", "1", *LEVEL_LIMITS) if "level" in keys else None
+        return round(level or 0.0)
 
     def _expect(self, keys: dict[str, yaml.Node]) -> str:
         has_end = "target" in keys or "goal" in keys

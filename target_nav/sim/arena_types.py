@@ -8,10 +8,15 @@ from typing import NamedTuple
 from target_nav.config import Config
 from target_nav.sim.objects import OBJECTS, ObjectShape
 from target_nav.state.types import Pose2D
+from target_nav.utils.frames import to_child
 
 ARRIVED = "arrived"
 NOT_FOUND = "not_found"
 ENDINGS = (ARRIVED, NOT_FOUND)
+
+AIM_SHARE = 0.4
+LEAST_WITHIN_M, MOST_WITHIN_M = 0.03, 5.0
+"""What the configuration allows for `goal.within_m`."""
 
 
 class Bounds(NamedTuple):
@@ -74,6 +79,16 @@ class Goal:
     radius_m: float
 
 
+def config_for_goal(config: Config, robot: Pose2D, goal: Goal) -> Config:
+    """The configuration with the goal as the robot is told it: in odom, which begins where the robot stands.
+
+    It aims at a smaller circle than the one that counts: the rest is for what its odometry gets wrong.
+    """
+    x_m, y_m = to_child(robot, goal.x_m, goal.y_m)
+    within_m = min(max(AIM_SHARE * goal.radius_m, LEAST_WITHIN_M), MOST_WITHIN_M)
+    return config.override({"goal.x_m": x_m, "goal.y_m": y_m, "goal.within_m": within_m}, source="goal")
+
+
 @dataclass(frozen=True)
 class Arena:
     """`config` is the configuration with the arena's `profile` applied. `expect` is how a right mission ends here."""
@@ -88,6 +103,9 @@ class Arena:
     config: Config = field(default_factory=Config)
     time_limit_s: float = 120.0
     expect: str = ARRIVED
+    kind: str = ""
+    """What it is an example of, and how hard it is from 1 on: campaigns count by these. Empty and 0: by its name."""
+    level: int = 0
 
     @property
     def objects(self) -> tuple[PlacedObject, ...]:

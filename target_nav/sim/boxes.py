@@ -78,6 +78,8 @@ class BoxCamera:
         start_s: float,
     ) -> None:
         self._config = config
+        self._focal_px = config.focal_px * (1.0 + config.focal_error)
+        self._half_fov_rad = math.atan2(0.5 * config.width_px, self._focal_px)
         self._things = things
         self._target_class = target_class
         self._target_aspect = OBJECTS[target_class].radius_m * 2.0 / OBJECTS[target_class].height_m
@@ -131,7 +133,7 @@ class BoxCamera:
             return None
         bearing = math.remainder(math.atan2(dy, dx) - yaw, 2.0 * math.pi)
         half = math.asin(shape.radius_m / range_m)
-        limit = config.half_fov_rad
+        limit = self._half_fov_rad
         left, right = min(bearing + half, limit), max(bearing - half, -limit)
         depth_m = range_m * math.cos(bearing)
         if left <= right or depth_m <= shape.radius_m:
@@ -149,7 +151,7 @@ class BoxCamera:
         cell = half / RAYS
         left = min(left, float(seen[-1]) + cell)
         right = max(right, float(seen[0]) - cell)
-        scale = config.focal_px / depth_m
+        scale = self._focal_px / depth_m
         top = 0.5 * config.height_px - scale * (shape.height_m - config.z_m)
         bottom = 0.5 * config.height_px + scale * config.z_m
         share = (min(bottom, config.height_px) - max(top, 0.0)) / (bottom - top)
@@ -163,7 +165,7 @@ class BoxCamera:
 
     def _column(self, angle_rad: float) -> float:
         angle_rad = max(-_MAX_ANGLE_RAD, min(_MAX_ANGLE_RAD, angle_rad))
-        return 0.5 * self._config.width_px - self._config.focal_px * math.tan(angle_rad)
+        return 0.5 * self._config.width_px - self._focal_px * math.tan(angle_rad)
 
     def _detect(self, thing: PlacedObject, sight: _Sight) -> RawDetection | None:
         """What the detector makes of a thing it could find. Of a cut-off one it makes less often something."""

@@ -1,4 +1,4 @@
-"""What the simulator asks of a firmware, whichever one it drives: the compiled one or the imitation in Python."""
+"""What the simulator asks of a firmware: the compiled one, or one that a test has scripted."""
 
 from __future__ import annotations
 

@@ -116,7 +116,7 @@ class Lidar:
         bin_of = np.searchsorted(RANGE_EDGES_M, true_m)
         sigma = SIGMA_M[bin_of] * np.exp(SIGMA_SPREAD * normal[0])
         with np.errstate(invalid="ignore"):
-            measured = true_m + config.noise_scale * sigma * normal[1]
+            measured = true_m + config.range_offset_m + config.noise_scale * sigma * normal[1]
             measured = np.rint(measured / QUANTUM_M) * QUANTUM_M
         blind = (
             (true_m < config.range_min_m) | (measured < config.range_min_m) | (measured > config.range_max_m)

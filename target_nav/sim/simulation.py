@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 
+from target_nav.config import Config
 from target_nav.sim.arena_types import Arena
 from target_nav.sim.boxes import BoxCamera
 from target_nav.sim.contact import ContactMonitor
 from target_nav.sim.drive import Drive
-from target_nav.sim.firmware import FirmwareEmulator
+from target_nav.sim.firmware_types import Firmware
 from target_nav.sim.history import PoseHistory
+from target_nav.sim.host_firmware import HostFirmware
 from target_nav.sim.judge import Verdict, judge, target_gap_m
 from target_nav.sim.lidar import Lidar
 from target_nav.sim.pixels import Detect, Draw, PixelCamera
@@ -35,17 +37,29 @@ KEPT_MESSAGES = 64
 """Scans that nobody took; of the firmware's lines as many as that again in seconds."""
 
 _EARLY_STEPS = 1e-6
+_OFF = (0, 0, 0, 0)
 
 
 class Simulation:
     """One robot in one arena. Stamps are on the caller's time axis, which begins at `start_s`.
 
+    Args:
+        firmware: makes the drivetrain's firmware for a robot and a start time.
+        detect: finds the boxes in rendered pictures; without it they are projected.
+
     Raises:
         ValueError: the seed is negative.
+        DeviceError, ConfigError: the firmware cannot be had, or cannot drive this robot.
     """
 
-    def __init__(self, arena: Arena, seed: int, start_s: float = 0.0, detect: Detect | None = None) -> None:
-        """With `detect`, pictures are rendered and it finds the boxes in them; without, boxes are projected."""
+    def __init__(
+        self,
+        arena: Arena,
+        seed: int,
+        start_s: float = 0.0,
+        firmware: Callable[[Config, float], Firmware] = HostFirmware,
+        detect: Detect | None = None,
+    ) -> None:
         config, start = arena.config, arena.robot
         self.arena = arena
         self._start_s = start_s
@@ -55,9 +69,10 @@ class Simulation:
         self.drive = Drive(
             config.robot, config.drive_sim, start, self._contact, stream(seed, "drive"), STEP_S
         )
-        self._firmware = FirmwareEmulator(config, start_s)
+        self._firmware = firmware(config, start_s)
         self._history = PoseHistory(start_s, STEP_S, start.x_m, start.y_m, start.yaw_rad)
-        self._lidar = Lidar(config.lidar, world.ray_caster(config.lidar.z_m), stream(seed, "lidar"), start_s)
+        beams = world.ray_caster(config.lidar.z_m, config.lidar.true_profile)
+        self._lidar = Lidar(config.lidar, beams, stream(seed, "lidar"), start_s)
         target_class = arena.target.class_name if arena.target is not None else TargetSpec().class_name
         self._camera: BoxCamera | PixelCamera
         if detect is not None:
@@ -75,6 +90,7 @@ class Simulation:
             )
         self._scans: deque[Scan] = deque(maxlen=KEPT_MESSAGES)
         self._serial: deque[tuple[float, bytes]] = deque(maxlen=20 * KEPT_MESSAGES)
+        self._driven_s = start_s
         self._odometry_delay_s = config.drive_sim.time_offset_s
         self.path: list[list[float]] = [[start_s, start.x_m, start.y_m, self.drive.pose.yaw_rad]]
         """True poses at 20 Hz: [t_s, x_m, y_m, yaw_rad]."""
@@ -94,7 +110,10 @@ class Simulation:
         self._steps += 1
         drive, history = self.drive, self._history
         now_s = self._start_s + self._steps * STEP_S
-        drive.step(self._firmware.pwm)
+        pwm = self._firmware.pwm
+        if pwm != _OFF:
+            self._driven_s = now_s
+        drive.step(pwm)
         history.append(drive.x_m, drive.y_m, drive.yaw_rad)
         self._firmware.step(now_s, drive.ticks)
         if self._firmware.has_output:
@@ -139,6 +158,11 @@ class Simulation:
     def true_twist(self) -> Twist2D:
         """In base_link."""
         return Twist2D(self.drive.vx_mps, self.drive.vy_mps, self.drive.wz_radps)
+
+    @property
+    def driven_s(self) -> float:
+        """Until when a motor was given power; the present while one is."""
+        return self._driven_s
 
     def pose_at(self, stamp_s: float) -> Pose2D:
         """The true pose at a moment of the last three seconds, for whoever draws what a camera saw then."""

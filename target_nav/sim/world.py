@@ -9,15 +9,23 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from target_nav.sim.arena_checks import edges
 from target_nav.sim.arena_types import Arena, CircleObstacle
 from target_nav.sim.geometry import point_to_rectangle, segment_to_rectangle
 from target_nav.state.types import FloatArray
+from target_nav.utils.bowling_pin import CLASS_NAME, width_at
 
 _PARALLEL = 1e-12
 _CORNER = 1e-9
 """Of a segment's length: rounding must not let a ray slip through between two segments that share a corner."""
+
+
+_FEW_PAIRS = 4000
+"""Fewer rays times circles than this are faster done all at once."""
+
+IndexArray = NDArray[np.intp]
 
 
 class RayCaster:
@@ -64,10 +72,52 @@ class RayCaster:
             hit = (t >= 0.0) & (u >= -_CORNER) & (u <= 1.0 + _CORNER)
         ranges: FloatArray = np.where(hit, t, np.inf).min(axis=0, initial=np.inf)
         if len(self._cx):
-            np.minimum(ranges, self._cast_circles(ox, oy, dx, dy), out=ranges)
+            self._meet_circles(ranges, ox, oy, dx, dy)
         return ranges
 
-    def _cast_circles(self, ox: FloatArray, oy: FloatArray, dx: FloatArray, dy: FloatArray) -> FloatArray:
+    def _meet_circles(
+        self, ranges: FloatArray, ox: FloatArray, oy: FloatArray, dx: FloatArray, dy: FloatArray
+    ) -> None:
+        """Shorten `ranges`. Of many rays only those are looked at that pass a circle near enough to meet it."""
+        if len(dx) * len(self._cx) < _FEW_PAIRS:
+            np.minimum(ranges, self._all_circles(ox, oy, dx, dy), out=ranges)
+            return
+        circle, ray = self._pairs(ox, oy, dx, dy)
+        dx, dy = dx[ray], dy[ray]
+        to_x, to_y = self._cx[circle, 0] - ox[ray], self._cy[circle, 0] - oy[ray]
+        nearest = to_x * dx + to_y * dy
+        off = to_x * dy - to_y * dx
+        chord2 = self._radius2[circle, 0] - off * off
+        meets = (chord2 >= 0.0) & (nearest >= 0.0)
+        entry = np.maximum(nearest[meets] - np.sqrt(chord2[meets]), 0.0)
+        np.minimum.at(ranges, ray[meets], entry)
+
+    def _pairs(
+        self, ox: FloatArray, oy: FloatArray, dx: FloatArray, dy: FloatArray
+    ) -> tuple[IndexArray, IndexArray]:
+        """Circles and rays that may meet, two indices a pair: by direction, seen from the middle of the origins."""
+        x, y = 0.5 * (float(ox.min()) + float(ox.max())), 0.5 * (float(oy.min()) + float(oy.max()))
+        spread = float(np.hypot(ox - x, oy - y).max())
+        angles = np.arctan2(dy, dx)
+        order = np.argsort(angles)
+        angles = angles[order]
+        angles = np.concatenate([angles - 2.0 * math.pi, angles, angles + 2.0 * math.pi])
+        to_x, to_y = self._cx[:, 0] - x, self._cy[:, 0] - y
+        distance = np.hypot(to_x, to_y)
+        wide = np.sqrt(self._radius2[:, 0]) + spread
+        # all round where an origin may lie inside
+        with np.errstate(divide="ignore", invalid="ignore"):
+            half = np.where(distance > wide, np.arcsin(np.minimum(wide / distance, 1.0)), math.pi)
+        half += _CORNER
+        bearing = np.arctan2(to_y, to_x)
+        first = np.searchsorted(angles, bearing - half)
+        count = np.searchsorted(angles, bearing + half, side="right") - first
+        np.minimum(count, len(order), out=count)
+        circle = np.repeat(np.arange(len(count)), count)
+        within = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
+        return circle, order[(first[circle] + within) % len(order)]
+
+    def _all_circles(self, ox: FloatArray, oy: FloatArray, dx: FloatArray, dy: FloatArray) -> FloatArray:
         to_x, to_y = self._cx - ox, self._cy - oy
         nearest = to_x * dx + to_y * dy
         off2 = to_x * dy - to_y * dx
@@ -92,6 +142,7 @@ class World:
         circles = [(o.x_m, o.y_m, o.radius_m) for o in arena.obstacles if isinstance(o, CircleObstacle)]
         things = [(o.x_m, o.y_m, o.shape.radius_m) for o in arena.objects]
         self._heights = [math.inf] * len(circles) + [o.shape.height_m for o in arena.objects]
+        self._pins = [False] * len(circles) + [o.class_name == CLASS_NAME for o in arena.objects]
         self.circles = np.array(circles + things, dtype=np.float64).reshape(-1, 3)
         self._segment_list = [tuple(row) for row in self.segments.tolist()]
         self._circle_list = [tuple(row) for row in self.circles.tolist()]
@@ -100,10 +151,15 @@ class World:
         self._inverse_length2 = 1.0 / (self._ex**2 + self._ey**2)
         self._cx, self._cy, self._cr = (np.ascontiguousarray(v) for v in self.circles.T)
 
-    def ray_caster(self, height_m: float) -> RayCaster:
-        """What level rays at this height meet."""
+    def ray_caster(self, height_m: float, true_profile: bool = False) -> RayCaster:
+        """What level rays at this height meet. `true_profile`: pins are as thin as they are there."""
         seen = [height > height_m for height in self._heights]
-        return RayCaster(self.segments, self.circles[seen])
+        circles = self.circles.copy()
+        if true_profile:
+            circles[:, 2] *= [
+                _share_at(height_m, height, is_pin) for height, is_pin in zip(self._heights, self._pins)
+            ]
+        return RayCaster(self.segments, circles[seen])
 
     def clearance_m(self, x_m: float, y_m: float, yaw_rad: float) -> float:
         """From the footprint, a rectangle, to the nearest of everything; 0 when it touches.
@@ -144,6 +200,11 @@ class World:
                 gap = max(gap - radius, 0.0)
             best = gap if gap < best else best
         return best
+
+
+def _share_at(height_m: float, own_height_m: float, is_pin: bool) -> float:
+    """Width at a height, of the largest."""
+    return float(width_at(np.array([height_m / own_height_m]))[0]) if is_pin else 1.0
 
 
 def _segments(arena: Arena) -> FloatArray:

@@ -26,10 +26,10 @@ class CommandDispatcher:
         waiting = list(commands)
         last_stop = max((i for i, c in enumerate(waiting) if c.kind is CommandKind.STOP), default=None)
         if last_stop is not None:
-            # what was asked before a STOP is void, but for the bookkeeping of odometry
+            # what was asked before a STOP is void, but for what moves nothing: bookkeeping and settings
             before, waiting = waiting[:last_stop], waiting[last_stop:]
             for command in before:
-                if command.kind is CommandKind.RESET_ODOM:
+                if command.kind in (CommandKind.RESET_ODOM, CommandKind.SETTING):
                     self._handlers[command.kind](command)
         for command in waiting:
             self._handlers[command.kind](command)

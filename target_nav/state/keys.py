@@ -76,6 +76,15 @@ TRACK = Key(
 SPEC = Key(
     "/target/spec", TargetSpec, "m", "SetTarget", ("nav loop", "*motion"), "what the mission looks for"
 )
+TARGET_CHOICE = Key(
+    "/command/target",
+    TargetSpec,
+    "m",
+    "nav loop",
+    ("SetTarget",),
+    "what the operator wants to be looked for instead of the mission's target",
+    True,
+)
 VISITED = Key(
     "/target/visited",
     tuple,
@@ -83,6 +92,15 @@ VISITED = Key(
     "MarkVisited",
     ("nav loop",),
     "places (x, y) in odom of targets that no longer count; GO forgets them",
+    True,
+)
+SEARCH = Key(
+    "/search/begun",
+    tuple,
+    "",
+    "SpiralSearch",
+    ("SpiralSearch",),
+    "what was asked for, and the search that is under way; GO forgets it",
     True,
 )
 REQUEST = Key(
@@ -93,5 +111,5 @@ CONFIG = Key("/config", Config, "", "nav loop", ("*motion", "InputsFresh"), "the
 
 ALL: tuple[Key, ...] = (
     NOW_S, DT_S, REQUESTED, SCAN_AGE_S, ODOM_AGE_S, CAMERA_AGE_S, POSE, TWIST, OBSTACLES, DETECTIONS, TRACK, SPEC,
-    VISITED, REQUEST, OUTCOME, CONFIG,
+    TARGET_CHOICE, VISITED, SEARCH, REQUEST, OUTCOME, CONFIG,
 )  # fmt: skip

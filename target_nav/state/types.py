@@ -177,6 +177,20 @@ class NavState(IntEnum):
     ARRIVED = 5
 
 
+@dataclass(frozen=True, eq=False)
+class Avoidance:
+    """What VFH saw and chose in one tick, for a person to look at.
+
+    `directions_rad` and `free_m`, shape (S,): the histogram, how far the body can go in each direction of base_link.
+    """
+
+    direction_rad: float
+    free_ahead_m: float
+    along_the_way: bool
+    directions_rad: FloatArray
+    free_m: FloatArray
+
+
 @dataclass(frozen=True)
 class MotionRequest:
     """What a motion leaf wants the wheels to do. `owner` is the leaf's id; only the owner may clear its request.
@@ -189,6 +203,7 @@ class MotionRequest:
     twist: Twist2D
     reason: str = ""
     near_target: bool = False
+    avoidance: Avoidance | None = field(default=None, compare=False)
 
 
 class OutcomeKind(str, Enum):
@@ -216,6 +231,16 @@ class CommandKind(IntEnum):
     """One tick of the tree, then PAUSE."""
     RELOAD = 7
     """Take the mission's file as it is now, if it is right."""
+    MANUAL = 8
+    """Drive at `vx,vy,wz` (m/s, m/s, rad/s) for as long as this comes again; only while no mission is wanted."""
+    SETTING = 9
+    """`key=value` (JSON) of the configuration, one that may be changed in a running process."""
+    LOAD = 10
+    """Tick another mission, named by its path or its name in trees/; only while no mission is wanted."""
+    TARGET = 11
+    """Look for `class,height_m,width_m` instead of the mission's target; empty: the mission's again."""
+    FIRMWARE = 12
+    """A line for the firmware, as in `TMOTOR,FL,100`; only while no mission is wanted."""
 
 
 @dataclass(frozen=True)

@@ -26,10 +26,12 @@ MODULE = "target_nav.app.arduino_node"
 
 
 class Wire:
-    """Hears every line the node sends, with its time."""
+    """Hears every line the node sends, with its time, and answers VERSION as `version` says."""
 
     def __init__(self, link: Path) -> None:
         self.link = link
+        self.version = b"VERSION,1,9.9.9\n"
+        self.asked = 0
         self.heard: list[tuple[float, bytes]] = []
         self.plug_in()
 
@@ -60,7 +62,12 @@ class Wire:
         while not self._unplugged.is_set():
             if select.select([self.master], [], [], 0.02)[0]:
                 data = os.read(self.master, 4096)
-                self.heard.extend((time.monotonic(), line) for line in lines.feed(data))
+                for line in lines.feed(data):
+                    if line == b"VERSION":
+                        self.asked += 1
+                        self.say(self.version)
+                    else:
+                        self.heard.append((time.monotonic(), line))
 
 
 class Host:
@@ -106,6 +113,7 @@ def wire(tmp_path: Path) -> Iterator[Wire]:
 @pytest.fixture
 def node(wire: Wire, tmp_path: Path) -> Iterator[Managed]:
     with running(MODULE, "--port", str(wire.link), folder=tmp_path) as managed:
+        wait_until(lambda: "firmware 9.9.9, protocol 1" in managed.log(), "the firmware's version")
         yield managed
 
 
@@ -121,9 +129,9 @@ def test_a_velocity_is_sent_refreshed_and_ended_by_one_stop(wire: Wire, host: Ho
     time.sleep(0.3)
     velocities = [t for t, line in wire.heard if line == b"VEL,200,0,300"]
     stops = [t for t, line in wire.heard if line == b"STOP"]
-    assert len(velocities) >= 5
+    assert len(velocities) >= 3
     assert len(stops) == 1
-    assert set(wire.lines()) == {b"VEL,200,0,300", b"STOP"}
+    assert list(dict.fromkeys(wire.lines())) == [b"VEL,200,0,300", b"VEL,0,0,0", b"STOP"]
     # Half a second, and what the timer and a busy machine add.
     assert 0.45 < stops[0] - velocities[0] < 1.5
 
@@ -170,9 +178,32 @@ def test_a_pulled_cable_is_reported_and_put_right(wire: Wire, host: Host, node: 
     wire.unplug()
     wait_until(lambda: "trying to open it again" in node.log(), "the loss")
     wire.plug_in()
-    wait_until(lambda: "is back" in node.log(), "the return")
+    wait_until(lambda: node.log().count("firmware 9.9.9, protocol 1") == 2, "the return")
     host.drive(Twist2D(0.1, 0.0, 0.0))
     wait_until(lambda: b"VEL,100,0,0" in wire.lines(), "a velocity")
+
+
+def test_a_firmware_of_another_protocol_is_refused(wire: Wire, tmp_path: Path) -> None:
+    wire.version = b"VERSION,7,3.0.0\n"
+    refused = Managed(MODULE, ["--port", str(wire.link)], tmp_path)
+    assert refused.wait() == 2
+    assert "(version 3.0.0) speaks protocol 7, this program 1" in refused.log()
+    assert "Traceback" not in refused.log()
+    assert not [line for line in wire.lines() if line != b"STOP"]
+
+
+def test_a_firmware_that_does_not_tell_its_version_is_driven_with_a_warning(
+    wire: Wire, tmp_path: Path
+) -> None:
+    wire.version = b"ERROR,BADCMD,VERSION\n"
+    with running(MODULE, "--port", str(wire.link), folder=tmp_path) as node, RosNode("test_host") as ros:
+        host = Host(ros)
+        host.drive(Twist2D(0.1, 0.0, 0.0))
+        wait_until(lambda: "does not answer VERSION" in node.log(), "the warning")
+        assert wire.lines() == [b"STOP"] or not wire.lines()
+        assert wire.asked > 1
+        host.drive(Twist2D(0.1, 0.0, 0.0))
+        wait_until(lambda: b"VEL,100,0,0" in wire.lines(), "a velocity")
 
 
 def test_the_robot_is_stopped_when_the_node_is_asked_to_end(wire: Wire, node: Managed) -> None:

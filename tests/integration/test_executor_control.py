@@ -186,3 +186,20 @@ def test_groot_holds_the_robot_at_a_breakpoint_and_forces_results(mission: Path,
 
 def test_without_the_parameter_nobody_listens_for_groot(executor: Managed) -> None:
     assert "Groot2" not in executor.log()
+
+
+def test_an_operators_stop_also_ends_a_position_move(client: Client) -> None:
+    """Zero velocities leave one alone, for the nav process sends them while it wants nothing."""
+    heard = client.listen(String, "/arduino/cmd", 10)
+    client.spin_until(lambda: client.node.count_publishers("/arduino/cmd") == 1, "the executor's topic")
+    say("pause")
+    client.spin_until(lambda: True, "a turn of the executor")
+    assert not heard
+
+    def stopped() -> bool:
+        # Again: that the topic is known here is not yet that this node is known there.
+        say("stop")
+        return bool(heard)
+
+    client.spin_until(stopped, "STOP")
+    assert {message.data for message in heard} == {"STOP"}

@@ -90,7 +90,13 @@ def test_bringup_in_simulation_is_the_table(tmp_path: Path) -> None:
     )
     run_dir = (tmp_path / "latest").resolve()
     options = StackOptions(
-        run_dir, "bowling_pin", "t9", run_dir / "config.yaml", go=True, bag=run_dir / "bag"
+        run_dir,
+        "bowling_pin",
+        "t9",
+        run_dir / "config.yaml",
+        go=True,
+        bag=run_dir / "bag",
+        settings_file=run_dir / "settings.yaml",
     )
     table = simulation_stack(options, "open_floor", 7)
     processes = processes_of(actions)
@@ -110,9 +116,11 @@ def test_bringup_in_simulation_is_the_table(tmp_path: Path) -> None:
 
 def test_bringup_on_the_robot_is_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     actions, _ = actions_of(BRINGUP, out=str(tmp_path), mission="go_to_point")
     run_dir = (tmp_path / "latest").resolve()
-    options = StackOptions(run_dir, "go_to_point", "v2n", run_dir / "config.yaml")
+    saved = tmp_path / "target_nav" / "settings.yaml"
+    options = StackOptions(run_dir, "go_to_point", "v2n", run_dir / "config.yaml", settings_file=saved)
     table = robot_stack(options, "/dev/ttyACM0", "/dev/ttyUSB0")
     assert [own_command(p) for p in processes_of(actions).values()] == [spec.argv for spec in table]
 
@@ -130,11 +138,13 @@ def test_only_what_needs_the_simulators_port_waits_for_it(tmp_path: Path) -> Non
     assert not [p for p in processes_of(robot).values() if wait_for.__file__ in p.cmd]
 
 
-def test_a_missing_panel_is_told(tmp_path: Path) -> None:
+def test_a_missing_panel_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     told = [a.msg for a in actions_of(BRINGUP, gui="true", out=str(tmp_path))[0] if hasattr(a, "msg")]
-    assert any("no operator's panel yet" in text for text in told)
+    assert any("no panel: there is no display" in text for text in told)
     told = [a.msg for a in actions_of(BRINGUP, out=str(tmp_path))[0] if hasattr(a, "msg")]
-    assert not any("operator's panel" in text for text in told)
+    assert not any("no panel" in text for text in told)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-EXECUTABLES = {"tree_executor", "camera_node", "arduino_node", "odometry_node", "detector_node", "sim"}
+EXECUTABLES = {"tree_executor", "camera_node", "arduino_node", "odometry_node", "detector_node", "gui", "sim"}
 EXECUTABLES |= {"lidar_node", "bag_recorder"}
 WATCHERS = {"py-trees-tree-watcher", "py-trees-blackboard-watcher"}
 # Composed, so that a search for them finds nothing here.
@@ -71,6 +71,7 @@ def test_colcon_puts_everything_where_ros2_run_looks(workspace: Path) -> None:
     assert (prefix / "share/target_nav/launch/bringup.launch.py").is_file()
     assert (prefix / "share/target_nav/launch/record.launch.py").is_file()
     assert (prefix / "share/target_nav/urdf/target_nav.urdf").is_file()
+    assert (prefix / "share/target_nav/deploy/firmware/build-host.sh").is_file()
 
 
 @pytest.mark.slow
@@ -87,6 +88,11 @@ def test_a_workspace_runs_its_own_copy(workspace: Path) -> None:
     origins = sourced("python", "-c", ask).split()
     assert [Path(file).is_relative_to(workspace) for file in origins] == [True, True, True]
     assert "run" in sourced(workspace / "install/target_nav/lib/target_nav/target-nav", "--help")
+    # The simulator's firmware is built from the sources that were installed with it.
+    ask = "from target_nav.sim import firmware_library as f; print(f.sources_folder(), f.firmware_version())"
+    sources, version = sourced("env", f"XDG_CACHE_HOME={workspace}", "python", "-c", ask).split()
+    assert re.fullmatch(r"\d+\.\d+\.\d+", version)
+    assert not Path(sources).is_relative_to(ROOT)
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ namespace firmware {
 namespace {
 
 constexpr uint8_t MODE1 = 0x00;
+constexpr uint8_t MODE1_RESTART = 0x80;
 constexpr uint8_t MODE1_SLEEP = 0x10;
 constexpr uint8_t MODE1_AUTO_INCREMENT = 0x20;
 constexpr uint8_t MODE2 = 0x01;
@@ -43,7 +44,8 @@ bool Pca9685::write(const uint16_t (&duty)[CHANNELS]) {
 
 bool Pca9685::isAwake() {
   uint8_t mode = 0;
-  return bus_.readRegister(address_, MODE1, mode) && mode == MODE1_AUTO_INCREMENT;
+  // Put to sleep while its outputs ran, the chip shows RESTART until they are written: it is awake all the same.
+  return bus_.readRegister(address_, MODE1, mode) && (mode & ~MODE1_RESTART) == MODE1_AUTO_INCREMENT;
 }
 
 bool Pca9685::set(uint8_t reg, uint8_t value) {

@@ -230,9 +230,12 @@ void Robot::report(Micros now_us) {
   reported_ticks_ = ticks_;
   LineBuilder line;
   if (mode_ == Mode::VELOCITY) {
-    const BodySpeed body = mecanum_.bodySpeed(counts, elapsed_us);
+    const BodySpeed body = mecanum_.bodySpeed(counts, elapsed_us, report_rest_);
     line.add("ODOM,").add(body.vx_mmps).add(",").add(body.vy_mmps).add(",").add(body.wz_mradps);
+    // When the counts were read: on its way to the host a line waits for other things.
+    line.add(",").addUnsigned(now_us);
   } else {
+    report_rest_ = BodyRest();
     line.add("ENC");
     for (uint8_t i = 0; i < WHEELS; ++i) {
       const int32_t count = difference(ticks_[i], zero_[i]);

@@ -87,6 +87,7 @@ class Robot {
   Ticks ticks_;
   Ticks zero_;
   Ticks reported_ticks_;
+  BodyRest report_rest_;
   Micros reported_us_;
   Micros report_due_us_;
 };

@@ -12,14 +12,17 @@ LineBuilder& LineBuilder::add(const char* text) {
 }
 
 LineBuilder& LineBuilder::add(int32_t number) {
+  if (number < 0) put('-');
+  return addUnsigned(magnitude(number));
+}
+
+LineBuilder& LineBuilder::addUnsigned(uint32_t number) {
   char digits[10];
   uint8_t count = 0;
-  uint32_t rest = magnitude(number);
   do {
-    digits[count++] = static_cast<char>('0' + rest % 10);
-    rest /= 10;
-  } while (rest != 0);
-  if (number < 0) put('-');
+    digits[count++] = static_cast<char>('0' + number % 10);
+    number /= 10;
+  } while (number != 0);
   while (count > 0) put(digits[--count]);
   return *this;
 }

@@ -12,6 +12,7 @@ class LineBuilder {
  public:
   LineBuilder& add(const char* text);
   LineBuilder& add(int32_t number);
+  LineBuilder& addUnsigned(uint32_t number);
   // Bytes from outside: what is not printable becomes a question mark.
   LineBuilder& addForeign(const uint8_t* bytes, uint8_t count);
 

@@ -50,11 +50,15 @@ inline T clamped(T value, T limit) {
 // A 64-bit value limited to what 32 bit hold, and to the limit.
 inline int32_t within(int64_t value, int32_t limit) { return static_cast<int32_t>(clamped<int64_t>(value, limit)); }
 
+// value / divisor, rounded to the nearest; the divisor is positive.
+inline int64_t rounded(int64_t value, int64_t divisor) {
+  const int64_t half = divisor / 2;
+  return (value + (value < 0 ? -half : half)) / divisor;
+}
+
 // value * numerator / denominator, rounded to the nearest; the denominator is positive.
 inline int64_t scaled(int32_t value, int32_t numerator, int32_t denominator) {
-  const int64_t product = static_cast<int64_t>(value) * numerator;
-  const int32_t half = denominator / 2;
-  return (product + (product < 0 ? -half : half)) / denominator;
+  return rounded(static_cast<int64_t>(value) * numerator, denominator);
 }
 
 }  // namespace firmware

@@ -9,6 +9,12 @@ using namespace firmware;
 
 static const Mecanum mecanum(REFERENCE);
 
+// Of one report by itself.
+static BodySpeed bodySpeed(const Mecanum& base, const Ticks& counts, Micros elapsed_us) {
+  BodyRest rest;
+  return base.bodySpeed(counts, elapsed_us, rest);
+}
+
 static bool signs(const Speeds& s, int fl, int fr, int rl, int rr) {
   const int wanted[WHEELS] = {fl, fr, rl, rr};
   for (uint8_t i = 0; i < WHEELS; ++i) {
@@ -35,7 +41,7 @@ TEST(a_differential_base_does_not_strafe) {
   params.strafes = 0;
   const Speeds s = Mecanum(params).wheelSpeeds({100, 200, 0});
   for (uint8_t i = 0; i < WHEELS; ++i) CHECK_EQ(s[i], 100000);
-  CHECK_EQ(Mecanum(params).bodySpeed({{-100, 100, 100, -100}}, 50000).vy_mmps, 0);
+  CHECK_EQ(bodySpeed(Mecanum(params), {{-100, 100, 100, -100}}, 50000).vy_mmps, 0);
 }
 
 TEST(wheels_that_cannot_keep_up_are_slowed_alike) {
@@ -67,7 +73,7 @@ TEST(forward_kinematics_is_the_inverse_of_the_inverse) {
         const Speeds s = mecanum.wheelSpeeds({vx, vy, wz});
         Ticks counts;  // of ten seconds
         for (uint8_t i = 0; i < WHEELS; ++i) counts[i] = static_cast<int32_t>(scaled(s[i], 10000, REFERENCE.tick_nm));
-        const BodySpeed body = mecanum.bodySpeed(counts, 10000000);
+        const BodySpeed body = bodySpeed(mecanum, counts, 10000000);
         const bool reachable = std::abs(vx) + std::abs(vy) + std::abs(wz) * 224 / 1000 <= 600;
         if (!reachable) continue;
         CHECK(std::abs(body.vx_mmps - vx) <= 1);
@@ -79,8 +85,53 @@ TEST(forward_kinematics_is_the_inverse_of_the_inverse) {
 }
 
 TEST(absurd_counts_give_the_limit) {
-  const BodySpeed body = mecanum.bodySpeed({{INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX}}, 1);
+  const BodySpeed body = bodySpeed(mecanum, {{INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX}}, 1);
   CHECK_EQ(body.vx_mmps, MAX_LINEAR_MMPS);
-  const BodySpeed turn = mecanum.bodySpeed({{INT32_MAX, INT32_MIN, INT32_MAX, INT32_MIN}}, 50000);
+  const BodySpeed turn = bodySpeed(mecanum, {{INT32_MAX, INT32_MIN, INT32_MAX, INT32_MIN}}, 50000);
   CHECK_EQ(turn.wz_mradps, -MAX_ANGULAR_MRADPS);
+}
+
+TEST(reports_add_up_to_the_way) {
+  // 150 mm/s and 300 mrad/s: not one of the reports can tell them exactly.
+  BodyRest rest;
+  Ticks before = {{0, 0, 0, 0}};
+  int64_t x_um = 0, y_um = 0, turn_urad = 0;
+  constexpr int REPORTS = 2000;
+  constexpr Micros elapsed_us = 50000;
+  for (int report = 1; report <= REPORTS; ++report) {
+    Ticks now, counts;
+    const Speeds speeds = mecanum.wheelSpeeds({150, 50, 300});
+    for (uint8_t i = 0; i < WHEELS; ++i) {
+      now[i] = static_cast<int32_t>(static_cast<int64_t>(speeds[i]) * report * 50 / REFERENCE.tick_nm);
+      counts[i] = now[i] - before[i];
+    }
+    before = now;
+    const BodySpeed body = mecanum.bodySpeed(counts, elapsed_us, rest);
+    x_um += body.vx_mmps * 50;
+    y_um += body.vy_mmps * 50;
+    turn_urad += body.wz_mradps * 50;
+  }
+  // Of 15 m, 5 m and 30 rad: a count, and half of the last digit.
+  CHECK(std::llabs(x_um - 15000000) < 400);
+  CHECK(std::llabs(y_um - 5000000) < 400);
+  CHECK(std::llabs(turn_urad - 30000000) < 1500);
+}
+
+TEST(what_stands_says_so_whatever_was_left) {
+  for (int32_t first = 1; first < 400; ++first) {
+    BodyRest rest;
+    mecanum.bodySpeed({{first, 0, 0, 0}}, 50000, rest);
+    for (int report = 0; report < 3; ++report) {
+      const BodySpeed body = mecanum.bodySpeed({{0, 0, 0, 0}}, 50000, rest);
+      CHECK(body.vx_mmps == 0 && body.vy_mmps == 0 && body.wz_mradps == 0);
+    }
+  }
+}
+
+TEST(what_is_beyond_the_limits_is_not_carried_on) {
+  BodyRest rest;
+  mecanum.bodySpeed({{INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX}}, 50000, rest);
+  const BodySpeed body = mecanum.bodySpeed({{0, 0, 0, 0}}, 50000, rest);
+  CHECK_EQ(body.vx_mmps, 0);
+  CHECK_EQ(body.wz_mradps, 0);
 }

@@ -141,3 +141,11 @@ TEST(no_other_address_is_ever_written_to) {
   rig.motors.setAll({{1, 2, 3, 4}}, 0);
   CHECK_EQ(rig.fake.others, 0);
 }
+
+TEST(a_chip_that_was_put_to_sleep_while_it_ran_is_awake_all_the_same) {
+  // The Arduino was reset and the chip was not: RESTART stays set until outputs are written.
+  Rig rig;
+  rig.motors.setAll({{50, 50, 50, 50}}, 0);
+  rig.fake.registers[0x00] = 0xA0;
+  for (Micros now_us = 0; now_us < 3000000; now_us += 1000) CHECK(rig.motors.setAll({{50, 50, 50, 50}}, now_us));
+}

@@ -38,6 +38,18 @@ from target_nav.mission import load_mission
 @click.option(
     "--prefix", default=Config().ipc.prefix, show_default=True, help="Of the shared-memory channels."
 )
+@click.option("--gui", is_flag=True, help="Open the operator's panel, where there is a display.")
+@click.option(
+    "--config",
+    "config_path",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="YAML file of dotted keys for all processes: lidar.rate_hz: 10.0",
+)
+@click.option(
+    "--settings",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="File of the operator's saved changes; without it the robot's own, and none in simulation.",
+)
 @click.option("--wait", is_flag=True, help="Wait for GO from an operator, and go on after the mission's end.")
 @click.pass_context
 def command(
@@ -51,6 +63,9 @@ def command(
     headless: bool,
     out: Path,
     prefix: str,
+    gui: bool,
+    config_path: Path | None,
+    settings: Path | None,
     wait: bool,
 ) -> None:
     """Run a mission. Exit 0: it succeeded; 1: it failed; 2: it could not be run."""
@@ -69,7 +84,9 @@ def command(
         require_extra("matplotlib", "sim")
         from target_nav.app.full_stack import StackOrder, run_stack
 
-        data = run_stack(StackOrder(path, arena_name, seed, out, prefix, headless, wait))
+        data = run_stack(
+            StackOrder(path, arena_name, seed, out, prefix, headless, wait, gui, config_path, settings)
+        )
     if json_path is not None:
         json_path.write_text(json.dumps(data) + "\n", encoding="utf-8")
     ctx.exit(0 if data["outcome"] == "succeeded" else 1)

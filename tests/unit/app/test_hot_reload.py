@@ -15,7 +15,7 @@ from target_nav.app.hot_reload import STILL_S, Finding, HotReload, MissionChecke
 from target_nav.app.nav_core import NavCore
 from target_nav.config import Config
 from target_nav.mission import load_mission
-from target_nav.state.types import CommandKind, NavState, TickRecord
+from target_nav.state.types import Command, CommandKind, NavState, TickRecord
 from tests.unit.app.test_nav_core import PERIOD_S, ScriptedWorld
 from tests.unit.mission.scripted import document
 
@@ -287,3 +287,44 @@ def test_after_a_step_the_robot_stands(make: MakeRunning) -> None:
     assert running.tick(CommandKind.STEP).requested.wz_radps > 0.0
     assert running.tick().requested.wz_radps == 0.0
     assert running.world.published[-1].reason == "paused"
+
+
+# -- another mission ---------------------------------------------------------------------------------------------------
+
+
+def say_load(running: Running, name: str) -> None:
+    running.core.operator.obey(Command(running.now_s, CommandKind.LOAD, name))
+
+
+def test_another_mission_is_taken_when_it_is_asked_for_and_waits_for_go(
+    make: MakeRunning, tmp_path: Path
+) -> None:
+    running = make()
+    other = tmp_path / "other.xml"
+    write(other, OTHER)
+    say_load(running, str(other))
+    running.tick_until(lambda: running.reload.swaps == 1)
+    assert running.tick().running_leaf == "waiting too"
+    assert running.core.mission_name == "other"
+    assert running.world.published[-1].notice == "mission other loaded; it waits for GO"
+    write(other, MOVES)
+    running.tick_until(lambda: running.reload.swaps == 2)
+    assert running.tick().running_leaf == "waiting", "its file is the one that is watched now"
+
+
+@pytest.mark.parametrize("content", [BROKEN, None])
+def test_another_mission_that_is_wrong_or_not_there_is_told_and_the_present_one_stays(
+    make: MakeRunning, tmp_path: Path, content: str | None
+) -> None:
+    running = make()
+    other = tmp_path / "other.xml"
+    if content is not None:
+        write(other, content)
+    say_load(running, str(other))
+    running.tick_until(lambda: "other.xml has errors" in running.core.operator.notice)
+    for _ in range(30):
+        running.tick()
+    assert running.reload.swaps == 0
+    write(running.path, OTHER)
+    running.tick_until(lambda: running.reload.swaps == 1)
+    assert running.core.mission_name == running.path.stem

@@ -21,7 +21,8 @@ def raw(**changes: Any) -> str:
 
 
 def test_millimetres_become_metres() -> None:
-    assert parse_raw(raw(), NOW_S) == (499.9, Twist2D(0.2, -0.005, 0.3))
+    assert parse_raw(raw(), NOW_S) == (499.9, Twist2D(0.2, -0.005, 0.3), None)
+    assert parse_raw(raw(device_us=50_000), NOW_S)[2] == 50_000
 
 
 @pytest.mark.parametrize(
@@ -34,6 +35,8 @@ def test_millimetres_become_metres() -> None:
         (json.dumps({"vx_mm": 1, "vy_mm": 1, "wz_mrad": 1}), "raw.form"),
         (raw(vx_mm=None), "raw.form"),
         (raw(vx_mm="fast"), "raw.form"),
+        (raw(device_us="now"), "raw.form"),
+        (raw(device_us=float("inf")), "raw.form"),
         (raw(vx_mm=float("nan")), "raw.not_finite"),
         (raw(stamp_s=float("inf")), "raw.not_finite"),
         (raw(stamp_s=NOW_S + 2.0), "raw.stamp"),

@@ -9,7 +9,8 @@ import pytest
 
 from target_nav.app.serial_pty import SerialPty
 from target_nav.errors import DeviceError
-from target_nav.hardware.arduino_bridge import open_port
+from target_nav.hardware.arduino_bridge import PORT_USE
+from target_nav.hardware.serial_port import open_port
 
 pytestmark = pytest.mark.linux
 
@@ -17,7 +18,10 @@ EVERY_BYTE = bytes(range(256))
 
 
 def test_every_byte_passes_unchanged_in_both_directions(tmp_path: Path) -> None:
-    with SerialPty(tmp_path / "arduino") as line, open_port(str(tmp_path / "arduino"), 115200) as port:
+    with (
+        SerialPty(tmp_path / "arduino") as line,
+        open_port(str(tmp_path / "arduino"), 115200, PORT_USE, 1.0) as port,
+    ):
         port.write(EVERY_BYTE)
         port.flush()
         assert line.read() == EVERY_BYTE
@@ -45,7 +49,7 @@ def test_what_nobody_reads_is_lost_and_counted() -> None:
 def test_the_far_end_may_come_and_go(tmp_path: Path) -> None:
     with SerialPty(tmp_path / "arduino") as line:
         for _ in range(3):
-            with open_port(str(tmp_path / "arduino"), 115200) as port:
+            with open_port(str(tmp_path / "arduino"), 115200, PORT_USE, 1.0) as port:
                 port.write(b"STOP\n")
                 port.flush()
             assert line.read() == b"STOP\n"

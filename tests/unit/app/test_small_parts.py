@@ -9,7 +9,8 @@ import pytest
 from rich.console import Console
 
 from target_nav.app import paths
-from target_nav.app.campaign import orders, table_of
+from target_nav.app.campaign import generated_orders, orders
+from target_nav.app.campaign_table import campaign_table
 from target_nav.app.paths import mission_path
 from target_nav.app.run_folder import make_run_folder
 from target_nav.app.run_report import outcome_line
@@ -69,6 +70,12 @@ def test_a_campaign_runs_every_arena_with_every_seed() -> None:
     assert {(o.arena, o.seed) for o in todo} == {(a, s) for a in "ab" for s in (7, 8, 9)}
 
 
+def test_no_two_runs_of_a_generated_campaign_share_their_noise() -> None:
+    todo = generated_orders(10, 5, 3, Path("m.xml"))
+    assert len({order.seed for order in todo}) == 30
+    assert {order.arena for order in todo} == {f"generated_5_{number}" for number in range(10)}
+
+
 def test_the_campaigns_table_counts_what_was_expected_and_measures_what_arrived() -> None:
     runs = [
         result(),
@@ -76,12 +83,12 @@ def test_the_campaigns_table_counts_what_was_expected_and_measures_what_arrived(
         result(arena="b", collided=True, as_expected=False, stop_error_m=-0.02),
     ]
     console = Console(width=200, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
-    console.print(table_of(runs))
+    console.print(campaign_table([run.as_json() for run in runs]))
     text = console.export_text()
     assert "1 (50.0 %)" in text
     assert "0 (0.0 %)" in text
     assert "1 (33.3 %)" in text
-    assert "12 / 19 mm" in text
+    assert "12 / 19" in text
 
 
 def test_a_mission_is_found_by_path_or_by_name_in_either_notation(

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import subprocess
-from pathlib import Path
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from target_nav.config import Config
-from target_nav.errors import ConfigError, DeviceError
+from target_nav.errors import ConfigError
 from target_nav.hardware import protocol
-from target_nav.sim import host_firmware
+from target_nav.sim import firmware_library, host_firmware
 from target_nav.sim.firmware_types import Firmware, Mode
 from target_nav.sim.host_firmware import HostFirmware
-from tests.utils.firmware import need_make
 
 CONFIG = Config()
 STANDING = (0, 0, 0, 0)
@@ -28,14 +24,14 @@ def lines_of(firmware: Firmware) -> list[bytes]:
 
 
 def test_what_is_flashed_is_the_configured_robot() -> None:
-    assert host_firmware.reference_params().as_dict() == host_firmware.params_of(CONFIG).as_dict()
+    assert firmware_library.reference_params().as_dict() == host_firmware.params_of(CONFIG).as_dict()
 
 
 def test_it_speaks_the_protocol_of_this_version() -> None:
     firmware = HostFirmware(CONFIG)
     firmware.feed(b"VERSION\n", 0.0)
     (line,) = lines_of(firmware)
-    version = host_firmware.firmware_version()
+    version = firmware_library.firmware_version()
     assert protocol.parse_line(line) == protocol.VersionLine(protocol.PROTOCOL_VERSION, version)
 
 
@@ -130,33 +126,3 @@ def test_parameters_beyond_the_arithmetic_are_refused(monkeypatch: pytest.Monkey
     monkeypatch.setattr(host_firmware, "TICK_M", 1e-9)
     with pytest.raises(ConfigError, match="tick_nm"):
         HostFirmware(CONFIG)
-
-
-def test_a_library_that_is_not_there_says_how_to_build_it(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.setenv(host_firmware.LIBRARY_VARIABLE, str(tmp_path / "none.so"))
-    with pytest.raises(DeviceError, match=r"none\.so.*build-host\.sh"):
-        HostFirmware(CONFIG)
-
-
-def test_a_file_that_is_no_library_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "text.so"
-    path.write_text("no library")
-    with pytest.raises(DeviceError, match=r"text\.so is not the firmware's library"):
-        HostFirmware(CONFIG, library=path)
-
-
-def test_a_library_of_another_interface_is_refused(library: Path, tmp_path: Path) -> None:
-    need_make()
-    source, built = tmp_path / "old.cpp", tmp_path / "old.so"
-    source.write_text('extern "C" int tnf_abi() { return 99; }\n')
-    subprocess.run(["c++", "-shared", "-fPIC", str(source), "-o", str(built)], check=True)
-    with pytest.raises(DeviceError, match="has interface 99"):
-        HostFirmware(CONFIG, library=built)
-
-
-def test_what_is_up_to_date_is_not_built_again(library: Path) -> None:
-    before = library.stat().st_mtime_ns
-    subprocess.run([library.parents[1] / "build-host.sh"], check=True)
-    assert library.stat().st_mtime_ns == before

@@ -53,9 +53,28 @@ def test_stop_is_sent_once_when_velocities_cease() -> None:
     arbiter.velocity(0.0, FORWARD)
     lines = [arbiter.refresh(0.05 * tick) for tick in range(1, 40)]
     assert lines.count(b"STOP\n") == 1
-    assert lines.index(b"STOP\n") == 10  # at 0.55 s: the first turn of the timer after 0.5 s
+    assert lines[:3] == [b"VEL,200,0,300\n"] * 3
+    # At 0.25 and 0.55 s: the first turns of the timer after 0.2 and 0.5 s.
+    assert lines[4:10] == [b"VEL,0,0,0\n"] * 6
+    assert lines.index(b"STOP\n") == 10
     assert set(lines[11:]) == {NOTHING}
+    assert arbiter.stale == 1
     assert arbiter.timeouts == 1
+
+
+def test_a_velocity_that_comes_back_in_time_goes_on() -> None:
+    arbiter = make()
+    arbiter.velocity(0.0, FORWARD)
+    assert arbiter.refresh(0.21) == b"VEL,0,0,0\n"
+    assert arbiter.velocity(0.22, FORWARD) == b"VEL,200,0,300\n"
+    assert arbiter.refresh(0.27) == b"VEL,200,0,300\n"
+
+
+def test_standing_still_is_not_ended_before_its_time() -> None:
+    arbiter = make()
+    arbiter.velocity(0.0, STOP)
+    assert [arbiter.refresh(0.05 * tick) for tick in range(1, 10)] == [b"VEL,0,0,0\n"] * 9
+    assert arbiter.stale == 0
 
 
 def test_velocities_start_again_after_a_timeout() -> None:
@@ -108,6 +127,16 @@ def test_stop_ends_both_modes() -> None:
     arbiter.command(0.3, "FWD,100,1719")
     arbiter.command(0.4, "STOP")
     assert arbiter.velocity(0.5, STOP) == b"VEL,0,0,0\n"
+
+
+def test_a_question_passes_and_leaves_the_driving_alone() -> None:
+    arbiter = make()
+    arbiter.velocity(0.0, FORWARD)
+    assert arbiter.command(0.02, "VERSION") == b"VERSION\n"
+    assert arbiter.refresh(0.07) == b"VEL,200,0,300\n"
+    arbiter.command(0.1, "FWD,100,1719")
+    arbiter.command(0.2, "VERSION")
+    assert arbiter.velocity(0.3, STOP) == NOTHING
 
 
 @pytest.mark.parametrize("text", ["", "HOP", "FWD,1", "STOP\nVEL,1,1,1", "é"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import math
 import threading
 import time
@@ -18,7 +17,6 @@ from target_nav.errors import DeviceError
 from target_nav.hardware import rplidar, rplidar_start
 from target_nav.hardware.rplidar import RpLidar
 from target_nav.hardware.rplidar_protocol import HealthStatus
-from target_nav.hardware.rplidar_start import open_port
 from target_nav.state.types import Scan
 from tests.utils.rplidar_device import PERIOD_S, SERIAL_NUMBER, RplidarDevice, rplidar_device
 
@@ -147,11 +145,11 @@ def test_the_motor_hangs_on_dtr(monkeypatch: pytest.MonkeyPatch, device: Rplidar
     orders: list[bool] = []
     # A pty has no DTR: what the driver asks of it is looked at instead.
     monkeypatch.setattr(serial.Serial, "_update_dtr_state", lambda port: orders.append(port._dtr_state))
-    port = open_port(str(device.link), 115200)
+    started = rplidar_start.start_lidar(str(device.link), 115200)
     assert orders == [False]
-    rplidar_start.stop_lidar(port)
+    rplidar_start.stop_lidar(started.port)
     assert orders == [False, True]
-    assert not port.is_open
+    assert not started.port.is_open
 
 
 def test_an_unplugged_lidar_is_started_again(lidar: RpLidar, device: RplidarDevice, heard: Heard) -> None:
@@ -242,7 +240,7 @@ def test_a_port_behind_which_nothing_answers_is_told(device: RplidarDevice, hear
     ):
         RpLidar(LidarConfig(port=str(device.link)), heard.take_scan).open()
     # and the port is free again
-    open_port(str(device.link), 115200).close()
+    serial.Serial(str(device.link), 115200, exclusive=True).close()
 
 
 def test_a_lidar_that_appears_in_time_is_taken(tmp_path: Path, heard: Heard) -> None:
@@ -272,29 +270,6 @@ def test_an_error_in_the_handler_is_not_swallowed(device: RplidarDevice) -> None
         lidar.raise_failure()
 
 
-def test_a_port_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(DeviceError, match=r"no serial port .*ttyUSB0 for the LiDAR.*key lidar.port"):
-        open_port(str(tmp_path / "ttyUSB0"), 115200)
-
-
-@pytest.mark.usefixtures("lidar")
-def test_a_port_another_process_has(device: RplidarDevice) -> None:
-    with pytest.raises(DeviceError, match="in use; is another LiDAR driver running"):
-        open_port(str(device.link), 115200)
-
-
-def test_a_file_that_is_no_port(tmp_path: Path) -> None:
-    path = tmp_path / "file"
-    path.write_text("")
-    for wrong in (path, tmp_path):
-        with pytest.raises(DeviceError, match="not a serial port"):
-            open_port(str(wrong), 115200)
-
-
-def test_a_port_without_permission(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(_: serial.Serial) -> None:
-        raise serial.SerialException(errno.EACCES, "could not open port: permission denied")
-
-    monkeypatch.setattr(serial.Serial, "open", refuse)  # root, as tests often are, may open everything
-    with pytest.raises(DeviceError, match=r"may not be opened .*usermod -aG dialout"):
-        open_port("/dev/ttyUSB0", 115200)
+def test_a_port_that_cannot_be_opened_names_the_lidar(tmp_path: Path, heard: Heard) -> None:
+    with pytest.raises(DeviceError, match=r"there is no serial port .* for the LiDAR"):
+        RpLidar(LidarConfig(port=str(tmp_path / "ttyUSB0")), heard.take_scan).open()

@@ -22,12 +22,17 @@ CARRIED = {
     "det": values.frames,
     "nav": values.navs,
     "laser": values.lasers,
+    "avoid": values.avoids,
+    "tree": values.trees,
+    "processes": values.process_tables,
 }
 
 
-def test_the_channels_are_those_of_the_reference_and_the_simulators_camera() -> None:
+def test_the_channels_are_those_of_the_reference_the_simulators_camera_and_what_screens_show() -> None:
     reference = {"det", "nav", "laser", "cmd", "camera", "detections", "calibration"}
-    assert {channel.name for channel in channels.ALL} == reference | {"sim_camera", "cmd_ack"}
+    assert {channel.name for channel in channels.ALL} == reference | {
+        *("sim_camera", "cmd_ack", "avoid", "tree", "processes")
+    }
     assert {channel.name for channel in channels.NEWEST_VALUE} == set(CARRIED)
 
 

@@ -32,7 +32,8 @@ def status(prefix: str, name: str, now_s: float = 12.0) -> ChannelStatus:
 def test_all_channels_are_listed_there_or_not(prefix: str) -> None:
     listed = describe(prefix)
     assert [each.name for each in listed] == [
-        *("camera", "sim_camera", "detections", "calibration", "det", "nav", "laser", "cmd", "cmd_ack")
+        *("camera", "sim_camera", "detections", "calibration", "det", "nav", "laser"),
+        *("avoid", "tree", "processes", "cmd", "cmd_ack"),
     ]
     assert not any(each.exists or each.alive for each in listed)
     assert all(each.age_s == math.inf and "is its writer running?" in each.problem for each in listed)

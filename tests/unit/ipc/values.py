@@ -10,7 +10,18 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from target_nav.ipc.records import TEXT_BYTES
-from target_nav.state.snapshots import Calibration, CameraFrame, LaserSnapshot, NavSnapshot
+from target_nav.state.snapshots import (
+    AvoidSnapshot,
+    Calibration,
+    CameraFrame,
+    LaserSnapshot,
+    NavSnapshot,
+    NodeStatus,
+    ProcessRow,
+    ProcessTable,
+    TreeRow,
+    TreeState,
+)
 from target_nav.state.types import (
     Command,
     CommandKind,
@@ -59,6 +70,7 @@ navs = st.builds(
     *(stamps, whole, st.sampled_from(NavState), st.none() | outcomes, texts("running_leaf"), texts("reason")),
     *(st.booleans(), poses, twists, texts("limited_by"), st.none() | tracks, specs),
     *(numbers, numbers, numbers, numbers, numbers, whole),
+    *(texts("mission"), st.booleans(), st.booleans(), whole, texts("notice"), whole),
 )
 calibrations = st.builds(
     Calibration, stamps, *[numbers] * 4, st.tuples(*[numbers] * 5), numbers, texts("class_name")
@@ -69,6 +81,18 @@ lasers = st.builds(
     poses,
     hnp.arrays(np.float64, st.tuples(st.integers(0, 40), st.just(2)), elements=numbers),
 )
+avoids = st.builds(
+    AvoidSnapshot,
+    *(stamps, poses, st.booleans(), numbers, numbers, st.booleans(), st.integers(0, 40)),
+    hnp.arrays(np.float64, st.tuples(st.integers(0, 40), st.just(2)), elements=numbers),
+)
+tree_rows = st.builds(
+    TreeRow,
+    *(texts("name"), texts("word"), whole, st.sampled_from(NodeStatus), st.booleans(), texts("feedback")),
+)
+trees = st.builds(TreeState, stamps, whole, whole, st.lists(tree_rows, max_size=5).map(tuple))
+process_rows = st.builds(ProcessRow, texts("name"), texts("condition"), whole, whole)
+process_tables = st.builds(ProcessTable, stamps, st.lists(process_rows, max_size=5).map(tuple))
 pictures = st.builds(
     CameraFrame,
     stamps,

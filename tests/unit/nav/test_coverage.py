@@ -27,13 +27,50 @@ def ahead_and_behind(coverage: Coverage) -> tuple[float, float]:
     return float(area[ahead].sum()), float(area[behind].sum())
 
 
+def known(range_m: float = 3.0) -> Coverage:
+    """All round here is floor, and the camera has seen none of it."""
+    coverage = Coverage(CameraConfig(), range_m)
+    coverage.update(Pose2D(), NO_POINTS, 9.0)
+    coverage.look_again(range_m)
+    return coverage
+
+
 def test_at_first_the_whole_disc_is_unseen() -> None:
+    assert known().unseen_by_ray_m2(HERE).sum() == pytest.approx(math.pi * 9.0, rel=0.05)
+
+
+def test_of_what_is_not_known_to_be_floor_only_the_first_metre_counts() -> None:
     coverage = Coverage(CameraConfig(), 3.0)
-    assert coverage.unseen_by_ray_m2(HERE).sum() == pytest.approx(math.pi * 9.0, rel=0.05)
+    assert coverage.unseen_by_ray_m2(HERE).sum() == pytest.approx(math.pi * (1.3**2 - 0.3**2), rel=0.1)
+    coverage.update(Pose2D(), NO_POINTS, 1.5)
+    assert coverage.known_m2 == pytest.approx(math.pi * 1.5**2, rel=0.1)
+    coverage.look_again(3.0)
+    coverage.update(Pose2D(), NO_POINTS, 3.0)
+    assert coverage.known_m2 == pytest.approx(math.pi * 3.0**2, rel=0.1)
+
+
+def test_between_the_returns_of_a_wall_at_a_slant_there_is_no_way_through() -> None:
+    """From 0.3 m beside it beams of one degree meet a wall up to half a metre apart; cells alone would let through."""
+    coverage = Coverage(CameraConfig(), 3.0)
+    beams = np.radians(np.arange(6.0, 174.0, 1.0))
+    slanting = np.column_stack([0.3 / np.tan(beams), np.full(len(beams), 0.3)])
+    for _ in range(3):
+        coverage.update(Pose2D(), slanting, 4.0)
+    x, y = (axis.reshape(-1) for axis in np.meshgrid(np.arange(-2.5, 2.6, 0.1), np.arange(0.6, 2.0, 0.1)))
+    assert not coverage.is_known_free(np.column_stack([x, y])).any()
+    assert coverage.is_known_free(points((1.0, -1.0), (2.0, 0.1))).all()
+
+
+def test_known_floor_that_comes_up_behind_is_hoped_for() -> None:
+    coverage = Coverage(CameraConfig(), 3.0)
+    coverage.update(Pose2D(), NO_POINTS, 1.0)
+    before = float(coverage.unseen_by_ray_m2(HERE).sum())
+    coverage.update(Pose2D(), NO_POINTS, 3.0)
+    assert float(coverage.unseen_by_ray_m2(HERE).sum()) > before
 
 
 def test_what_was_in_the_picture_often_enough_is_seen_and_no_more() -> None:
-    coverage = Coverage(CameraConfig(), 3.0)
+    coverage = known()
     before = ahead_and_behind(coverage)
     looked(coverage, times=2)
     assert ahead_and_behind(coverage) == before, "twice is not enough"

@@ -179,8 +179,12 @@ def test_a_wall_seen_along_its_length_is_not_cleared_by_beams_that_meet_it_farth
     points = seen(memory)
     along = np.sort(points[np.abs(points[:, 1] - 0.3) < 0.03][:, 0])
     assert along[0] < -1.1
-    assert along[-1] > 1.1
-    assert np.diff(along).max() < 0.13  # beams of one degree meet it 0.10 m apart at 1.3 m
+    assert along[-1] > 2.5
+    # A beam meets a wall 0.3 m aside r^2 / 0.3 m * 1 degree after the one before it: 0.10 m at 1.3 m, 0.44 m at 2.7 m.
+    # With one point a cell of the memory, no hole is wider than that: nothing was cleared in between.
+    far_m = np.maximum(np.abs(along[:-1]), np.abs(along[1:]))
+    spacing = (far_m**2 + 0.3**2) / 0.3 * math.radians(1.0)
+    assert (np.diff(along) < 1.2 * spacing + 2.0 * CELL_M).all()
 
 
 def test_a_lone_return_is_an_obstacle_at_once_and_is_forgotten_with_the_next_look() -> None:
@@ -217,8 +221,9 @@ def test_noise_all_round_does_not_fill_the_way() -> None:
         ranges = np.where(rng.random(360) < 0.01, rng.uniform(0.2, 3.0, 360), 3.0)
         memory.update(now_s, poses, dataclasses.replace(scan_with({}, now_s - 0.182), ranges_m=ranges))
         points = seen(memory)
-        counts.append(int(((np.abs(points[:, 1]) < 0.2) & (points[:, 0] > 0.15)).sum()))
-    # 3.6 false returns a scan, a third of them within reach; the way ahead is a tenth of that area.
+        ahead = (np.abs(points[:, 1]) < 0.2) & (points[:, 0] > 0.15) & (points[:, 0] < 1.4)
+        counts.append(int(ahead.sum()))
+    # 3.6 false returns a scan, a third of them within the look-ahead; the way ahead is a tenth of that area.
     assert np.mean(counts) < 0.5
     assert counts.count(0) > 40
 
@@ -253,14 +258,41 @@ def test_points_are_given_in_base_wherever_the_robot_is_by_now() -> None:
     assert near(points, -0.2, -0.5, 0.06)
 
 
-def test_only_what_is_within_the_look_ahead_is_handed_out() -> None:
+def farthest_m(points_m: FloatArray) -> float:
+    return float(np.hypot(points_m[:, 0], points_m[:, 1]).max())
+
+
+def test_a_whole_room_is_handed_out_as_far_as_the_memory_reaches() -> None:
     memory, _ = watch([World(walls=ROOM)], 0.5)
-    assert len(seen(memory)) == 0
-    reach_m = CONFIG.avoid.look_ahead_m + CONFIG.avoid.margin_m + CONFIG.robot.circumscribed_radius_m
-    memory, _ = watch([World(walls=ROOM, drive=Drive(Pose2D(1.5, 0.0, 0.0)))], 0.5)
-    close = seen(memory, Pose2D(1.7, 0.0, 0.0))
-    assert len(close)
-    assert np.hypot(close[:, 0], close[:, 1]).max() <= reach_m
+    points = seen(memory)
+    for x_m, y_m in ((-2.0, 0.0), (3.0, 0.0), (0.0, 2.0), (0.0, -2.0), (2.9, 1.9), (-1.9, -1.9)):
+        assert near(points, x_m, y_m, 0.15), f"the wall at {x_m}, {y_m} m"
+    assert farthest_m(points) <= CONFIG.avoid.memory_radius_m
+
+
+def test_beyond_its_radius_nothing_is_handed_out_and_it_comes_in_as_the_robot_comes_nearer() -> None:
+    config = CONFIG.override({"avoid.memory_radius_m": 1.8})
+    memory, _ = watch([World(walls=ROOM, config=config)], 0.5)
+    assert len(seen(memory)) == 0, "the nearest wall is 2 m off"
+    close = seen(memory, Pose2D(-0.4, 0.0, 0.0))
+    assert near(close, -1.6, 0.0), "remembered a little farther than it is handed out"
+    assert farthest_m(close) <= 1.8
+
+
+def test_however_short_the_memory_it_reaches_as_far_as_the_avoidance_looks() -> None:
+    memory, _ = watch([World(walls=BOX_AHEAD, config=CONFIG.override({"avoid.memory_radius_m": 0.5}))], 0.5)
+    assert near(seen(memory), 0.8, 0.0)
+
+
+def test_noise_at_four_metres_does_not_eat_a_wall() -> None:
+    """Far walls are noisy (sigma 25 mm, single beams much more): what one scan puts nearer the next does not clear."""
+    walls = [(3.7, -1.5, 3.7, 1.5), (-5.0, -5.0, -5.0, 5.0)]
+    memory, _ = watch([World(walls=walls, sensors=Sensors(seed=4))], 3.0)
+    points = seen(memory)
+    across = np.sort(points[np.abs(points[:, 0] - 3.7) < 0.3][:, 1])
+    assert across[0] < -1.2
+    assert across[-1] > 1.2
+    assert np.diff(across).max() < 0.2
 
 
 def test_the_confirmed_target_is_left_out_and_the_box_beside_it_is_not() -> None:
@@ -331,7 +363,9 @@ def test_driving_past_a_box_with_odometry_that_drifts_leaves_one_box() -> None:
     assert poses.latest is not None
     points = seen(memory, poses.latest.pose_in_odom)
     true = drive.pose(15.0)
-    corner = points[(points[:, 1] > 0.0) & (points[:, 0] < 0.8) & (points[:, 0] > -0.8)]
+    corner = points[
+        (points[:, 1] > 0.0) & (points[:, 1] < 1.2) & (points[:, 0] < 0.8) & (points[:, 0] > -0.8)
+    ]
     inside_x = (corner[:, 0] > 0.35 - true.x_m - 0.08) & (corner[:, 0] < 0.65 - true.x_m + 0.08)
     inside_y = (corner[:, 1] > 0.40 - true.y_m - 0.08) & (corner[:, 1] < 0.70 - true.y_m + 0.08)
     assert len(corner) > 5

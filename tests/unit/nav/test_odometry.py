@@ -204,3 +204,31 @@ def test_a_robot_that_stands_grows_no_surer_and_no_less_sure() -> None:
 def test_heading_error_makes_the_far_end_uncertain_sideways() -> None:
     covariance = drive(Twist2D(0.2, 0.0, 0.0), 50.0).covariance
     assert covariance[1, 1] > 5.0 * covariance[0, 0]
+
+
+def test_the_firmwares_clock_tells_the_interval_when_lines_come_late_and_in_pairs() -> None:
+    """Ten intervals of 50 ms at growing speed; every second line arrives with the one after it."""
+    exact, late = OdometryIntegrator(), OdometryIntegrator()
+    for i in range(11):
+        twist = Twist2D(0.1 * i, 0.0, 0.2 * i)
+        exact.add(0.05 * i, twist)
+        late.add(0.05 * i + (0.05 if i % 2 else 0.0), twist, 2**32 - 200_000 + 50_000 * i & 2**32 - 1)
+    assert late.pose_in_odom.x_m == pytest.approx(exact.pose_in_odom.x_m, abs=1e-9)
+    assert late.pose_in_odom.yaw_rad == pytest.approx(exact.pose_in_odom.yaw_rad, abs=1e-9)
+    assert late.gaps == 0
+
+
+@pytest.mark.parametrize("device_us", [7, 3_000_000_000, None])
+def test_a_clock_that_contradicts_the_hosts_is_not_believed(device_us: int | None) -> None:
+    integrator = OdometryIntegrator()
+    integrator.add(0.0, Twist2D(0.2, 0.0, 0.0), 1_000_000)
+    integrator.add(0.1, Twist2D(0.2, 0.0, 0.0), device_us)
+    assert integrator.pose_in_odom.x_m == pytest.approx(0.02)
+
+
+def test_a_gap_is_a_gap_by_either_clock() -> None:
+    integrator = OdometryIntegrator(max_gap_s=0.25)
+    integrator.add(0.0, Twist2D(0.2, 0.0, 0.0), 0)
+    integrator.add(2.0, Twist2D(0.2, 0.0, 0.0), 2_000_000)
+    assert integrator.in_gap
+    assert integrator.pose_in_odom.x_m == pytest.approx(0.05)

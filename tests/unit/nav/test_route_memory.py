@@ -54,7 +54,7 @@ def test_a_direction_without_returns_is_no_free_space_for_a_while() -> None:
 def test_nothing_is_remembered_for_ever() -> None:
     memory = RouteMemory(4.0, 4.0)
     memory.update(0.0, HERE, BEHIND)
-    assert holds(memory.update(61.0, HERE, BOX), BEHIND) == 0.0
+    assert holds(memory.update(241.0, HERE, BOX), BEHIND) == 0.0
 
 
 def test_a_wall_that_drifts_is_drawn_once() -> None:

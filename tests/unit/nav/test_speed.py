@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from target_nav.config import Config, RobotConfig
 from target_nav.nav.speed import (
+    NOTHING,
     YawControl,
     braking_speed_mps,
     clearance_speed_mps,
@@ -64,13 +65,21 @@ def test_slowing_down_keeps_the_direction(vx: float, vy: float) -> None:
 
 
 @given(velocity, velocity, velocity)
+@example(5e-324, 0.0, 0.0)
+@example(0.0, 1e-310, 5e-324)
+@example(1e-200, 0.0, 0.05)
 def test_a_wanted_motion_is_never_under_the_dead_band(vx: float, vy: float, wz: float) -> None:
     kept = over_dead_band(Twist2D(vx, vy, wz), ROBOT)
-    if math.hypot(vx, vy) > 0.0:
+    assert kept.is_finite()
+    if math.hypot(vx, vy) >= NOTHING:
         assert kept.speed_mps >= ROBOT.min_speed_mps - 1e-9
-    elif wz != 0.0:
+        assert kept.vx_mps * vx + kept.vy_mps * vy > 0.0
+    elif abs(wz) >= NOTHING:
+        assert kept.speed_mps == 0.0
         assert abs(kept.wz_radps) >= ROBOT.min_yaw_rate_radps
-        assert kept.wz_radps * wz > 0.0
+        assert math.copysign(1.0, kept.wz_radps) == math.copysign(1.0, wz)
+    else:
+        assert kept == STOP, "what rounding left over must not make the robot creep"
 
 
 def test_zero_stays_zero() -> None:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from target_nav.nav.wavefront import dilate, inner, spread, to_bits, to_grid
+from target_nav.nav.wavefront import Discs, dilate, inner, spread, to_bits, to_grid
 
 SIDE = 16
 grids = st.lists(st.integers(0, 5), min_size=SIDE * SIDE, max_size=SIDE * SIDE).map(
@@ -64,6 +64,23 @@ def test_dilation_is_a_disc(radius: float) -> None:
     assert (to_grid(dilate(to_bits(grid), SIDE, [radius])[0], SIDE) == disc).all()
 
 
+@given(st.lists(st.tuples(st.floats(4.0, SIDE - 5.0), st.floats(4.0, SIDE - 5.0)), max_size=6), st.booleans())
+def test_discs_are_the_cells_within_the_radius_to_a_sixteenth_of_a_cell(
+    centres: list[tuple[float, float]], wide: bool
+) -> None:
+    radii = (1.3, 3.4)
+    rows, columns = np.mgrid[:SIDE, :SIDE]
+    level = np.full(len(centres), int(wide), dtype=np.intp)
+    found = Discs(radii, SIDE).of(np.array(centres).reshape(-1, 2), level)
+    least, most = np.zeros((2, SIDE, SIDE), dtype=np.bool_)
+    for x, y in centres:
+        away = np.hypot(columns - x, rows - y)
+        least |= away <= radii[wide] - 0.09
+        most |= away <= radii[wide] + 0.09
+    assert (found >= least).all()
+    assert (found <= most).all()
+
+
 def test_nothing_grown_by_a_negative_radius_remains() -> None:
     assert dilate(1 << 100, SIDE, [-0.5]) == [0]
 
@@ -74,9 +91,19 @@ def test_costs_are_those_of_a_plain_search(grid: np.ndarray) -> None:
     steps = classes(grid)
     wave, _ = spread(SIDE, steps, [(0, 1 << (7 * SIDE + 7))], 0, 400)
     plain = plain_costs(grid, (7, 7))
-    regions = [1 << (row * SIDE + column) for row in range(SIDE) for column in range(SIDE)]
-    found = wave.costs_of(regions)
-    assert found == [plain.get((row, column)) for row in range(SIDE) for column in range(SIDE)]
+    rows, columns = (index.reshape(-1) for index in np.mgrid[:SIDE, :SIDE])
+    cells = list(zip(rows.tolist(), columns.tolist()))
+    assert wave.costs_near(rows, columns, 0).tolist() == [plain.get(cell, -1) for cell in cells]
+    rounded = [4 * (plain[cell] // 4) if cell in plain else -1 for cell in cells]
+    assert wave.costs_near(rows, columns, 0, 4).tolist() == rounded
+    beside = [
+        min(
+            (plain[(r, c)] for r in range(a - 1, a + 2) for c in range(b - 1, b + 2) if (r, c) in plain),
+            default=-1,
+        )
+        for a, b in cells
+    ]
+    assert wave.costs_near(rows, columns, 1).tolist() == beside
 
 
 @settings(max_examples=40)

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,7 +19,7 @@ from target_nav.sim.arena import (
     load_arena,
 )
 from target_nav.sim.arena_checks import footprint_clearance, point_clearance
-from target_nav.sim.world import World
+from target_nav.sim.world import RayCaster, World
 from target_nav.state.types import Pose2D
 
 BOUNDS = Bounds(-3.0, -3.0, 3.0, 3.0)
@@ -136,3 +137,29 @@ def test_every_arena_starts_with_room_round_the_robot():
     for name in list_arenas():
         arena = load_arena(name)
         assert World(arena).clearance_m(arena.robot.x_m, arena.robot.y_m, arena.robot.yaw_rad) > 0.2
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rays_sorted_by_direction_meet_the_same_circles_as_all_of_them_at_once(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    circles = np.column_stack([rng.uniform(-4.0, 4.0, (60, 2)), rng.uniform(0.02, 0.6, 60)])
+    caster = RayCaster(np.empty((0, 4)), circles)
+    angles = np.linspace(-3.0, 3.2, 360) + rng.uniform(-9.0, 9.0)
+    ox, oy = np.linspace(0.0, 0.08, 360) + rng.uniform(-1.0, 1.0), np.linspace(0.0, -0.05, 360)
+    ranges = caster.cast(ox, oy, np.cos(angles), np.sin(angles))
+    few = [
+        caster.cast(ox[i : i + 9], oy[i : i + 9], np.cos(angles[i : i + 9]), np.sin(angles[i : i + 9]))
+        for i in range(0, 360, 9)
+    ]
+    assert np.array_equal(ranges, np.concatenate(few))
+
+
+def test_a_pin_is_thin_at_the_lidars_height_if_that_is_asked_for() -> None:
+    arena = Arena("pin", Bounds(-3, -3, 3, 3), Pose2D(), target=PlacedObject("bowling_pin", 1.0, 0.0))
+    world = World(arena)
+    ahead = (np.zeros(1), np.zeros(1), np.ones(1), np.zeros(1))
+    assert world.ray_caster(0.18).cast(*ahead)[0] == pytest.approx(0.96)
+    assert world.ray_caster(0.18, true_profile=True).cast(*ahead)[0] == pytest.approx(0.985, abs=0.001)
+    assert world.clearance_m(0.0, 0.0, 0.0) == pytest.approx(1.0 - 0.15 - 0.04), (
+        "it is no thinner to bump into"
+    )
