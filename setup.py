@@ -38,7 +38,9 @@ AMENT_CMAKE_PARTS = [
 ]
 
 GROOT = ["pyzmq>=25", "msgpack>=1.0"]
-TEST = ["pytest>=8", "pytest-timeout>=2.3", "hypothesis>=6.100"]
+# uvicorn without its extras: of those only the WebSocket library is wanted here.
+WEB = ["starlette>=0.40", "uvicorn>=0.35", "websockets>=14"]
+TEST = ["pytest>=8", "pytest-timeout>=2.3", "pytest-xdist", "hypothesis>=6.100"]
 ROS = ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"]
 # What it takes to build deploy/interfaces against those wheels; the metapackages do not pull all of it in.
 INTERFACES = [
@@ -80,7 +82,7 @@ setup(
     python_requires=">=3.10,<3.14",
     packages=find_packages(include=[NAME, f"{NAME}.*", "behaviours", "behaviours.*", "trees"]),
     package_data={
-        NAME: ["sim/arenas/*.yaml", "sim/arenas/*/*.yaml"],
+        NAME: ["sim/arenas/*.yaml", "sim/arenas/*/*.yaml", "web/static/*", "web/static/js/*"],
         "trees": ["*.xml", "*.yaml", "subtrees/*", "scenarios/*"],
     },
     data_files=[
@@ -117,10 +119,11 @@ setup(
         "groot": GROOT,
         # To train the pin model anew (deploy/model); nothing at run time needs it.
         "train": ["torch>=2.4", "onnx>=1.16"],
+        # The browser console.
+        "web": WEB,
         "test": TEST,
         "dev": [
             *TEST,
-            "pytest-xdist",
             "ruff",
             "mypy",
             "import-linter",
@@ -134,6 +137,9 @@ setup(
             "behaviortreepy>=0.1.4",
             "xmlschema>=3.4",
             *GROOT,
+            *WEB,
+            # Drives a real browser in the console's tests.
+            "selenium>=4.20",
             "colcon-common-extensions",
             "empy<4",
             # colcon calls setup.py with options that setuptools 80 removed.

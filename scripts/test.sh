@@ -41,7 +41,7 @@ check() {
 fast_tests() {
   local minor=$1 python=$2 log=.cache/pytest-py3$1.log
   "$python" scripts/setup_environment.py --light || return 1
-  if ".venv-py3$minor/bin/python" -m pytest -q -m 'not slow and not ros' -o cache_dir=".cache/pytest-py3$minor" \
+  if ".venv-py3$minor/bin/python" -m pytest -q -n 2 -m 'not slow and not ros' -o cache_dir=".cache/pytest-py3$minor" \
     >"$log" 2>&1; then
     tail -n 1 "$log"
   else
@@ -52,6 +52,7 @@ fast_tests() {
 
 # The panel's tests drive it on a screen of their own; where its packages cannot be had they are skipped with a reason.
 check 'packages of the panel' scripts/install-panel.sh --test --if-root
+check 'browser for the console' scripts/install-browser.sh --if-root
 check 'ruff check' "$bin/ruff" check .
 check 'ruff format' "$bin/ruff" format --check .
 check 'mypy' "$bin/mypy"

@@ -26,6 +26,7 @@ COMMANDS = {
     "doctor": "target_nav.app.commands.doctor",
     "say": "target_nav.app.commands.say",
     "status": "target_nav.app.commands.status",
+    "web": "target_nav.app.commands.web",
 }
 
 

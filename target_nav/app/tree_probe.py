@@ -55,6 +55,10 @@ class TreeProbe:
             self._last = {path: status.name for path, status in visited if status is not Status.INVALID}
         return self._last
 
+    def layout(self) -> list[tuple[py_trees.behaviour.Behaviour, str]]:
+        """Every behaviour with its path, depth first."""
+        return list(zip(self._nodes, self._paths, strict=True))
+
     def running_leaf(self) -> str:
         """Name of the deepest behaviour that decided the last tick; empty before the first."""
         tip = self._root.tip()

@@ -137,6 +137,12 @@ class CommandPort:
         )
         return self.last
 
+    def poll_for(self, said: Said) -> Said:
+        """As `poll`, for a word that need not be the last one."""
+        self.poll()
+        same = (s for s in self._said if (s.kind, s.said_s) == (said.kind, said.said_s))
+        return next(same, said)
+
     def close(self) -> None:
         self._ack.close()
 

@@ -24,6 +24,8 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         if value.dtype == np.uint8:
             return None
+        if value.dtype == np.float64 and np.isfinite(value).all():
+            return np.round(value, DECIMALS).tolist()
         return to_plain(value.tolist())
     if dataclasses.is_dataclass(value):
         return {field.name: to_plain(getattr(value, field.name)) for field in dataclasses.fields(value)}

@@ -66,6 +66,11 @@ class Coverage:
         """How much floor has been in the LiDAR's line of sight."""
         return float(np.count_nonzero(self._known)) * _CELL_M**2
 
+    @property
+    def unseen_m2(self) -> float:
+        """How much of the grid has not been looked at."""
+        return float(np.count_nonzero(self._looks < _LOOKS)) * _CELL_M**2
+
     def look_again(self, range_m: float) -> None:
         """Everything counts as unseen again, and the target as found only within `range_m`."""
         self._looks[:] = 0

@@ -32,6 +32,8 @@ _MOST_UNSURE_M = 0.35
 _INSIDE_M = 0.12
 """Spots lie inside the range that counts, by the grid's cell and what counts as being there."""
 _COMFORT_M, _SPOT_SLACK_M = 0.03, 0.015
+_FAR_SIDE_M = 6.0
+"""Where no side looks free, the side away from the robot costs so much more."""
 _SETTLE_S = 3.0
 """So long it tries for a way in with comfortable room beside the body; then just enough will do."""
 _KEEP_OFF = 0.05 * np.column_stack(
@@ -122,7 +124,7 @@ class NavigateToTarget(GuardedSkill):
     def _drive(self, view: View, track: Track, target_m: tuple[float, float], bearing_rad: float) -> Drive:
         return self._driver.drive(
             view,
-            lambda known_m: self._spots(known_m, track),
+            lambda known_m: self._spots(known_m, track, view),
             speed_mps=self._speed_mps,
             face_rad=bearing_rad,
             straight_to_m=self._straight(view, track, target_m),
@@ -148,7 +150,7 @@ class NavigateToTarget(GuardedSkill):
         share = left_m / range_m
         return (target_m[0] * share, target_m[1] * share) if self._is_straight else None
 
-    def _spots(self, known_in_odom_m: FloatArray, track: Track) -> FloatArray:
+    def _spots(self, known_in_odom_m: FloatArray, track: Track, view: View) -> FloatArray:
         """Where the last metre can begin, in odom. With as much room beside it as can be had."""
         target_m = (track.x_m, track.y_m)
         points = without_own(known_in_odom_m, target_m, self._unsure_m)
@@ -165,8 +167,9 @@ class NavigateToTarget(GuardedSkill):
             if len(spots):
                 self._margin_m = margin_m
                 return spots
-        # No side looks free from here. Going nearer shows more; success still asks for a free way.
-        return approach_spots(
+        # No side looks free from here. Going nearer shows more; success still asks for a free way. This side first:
+        # the estimate may lie in a wall, and behind that there is no floor at all.
+        spots = approach_spots(
             target_m,
             points[:0],
             self._body,
@@ -174,6 +177,11 @@ class NavigateToTarget(GuardedSkill):
             farthest_m=farthest_m,
             margin_m=0.0,
         )
+        out = spots[:, :2] - np.array(target_m)
+        back = np.array([view.pose_in_odom.x_m - track.x_m, view.pose_in_odom.y_m - track.y_m])
+        facing = out @ back / np.maximum(np.hypot(*out.T) * math.hypot(*back), 1e-9)
+        spots[:, 2] += _FAR_SIDE_M * 0.5 * (1.0 - facing)
+        return spots
 
     def _recover(self, view: View, drive: Drive, stalled: str, range_m: float) -> SkillStep:
         if self._recovery.is_used_up:

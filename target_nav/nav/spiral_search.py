@@ -42,6 +42,8 @@ _FINENESS = 0.4
 """Way-points lie so much closer than the search may pass things by, for doorways and passages need some in them."""
 _NEAR_ENOUGH_M = 0.25
 _NO_WAY_S = 0.5
+_MOST_IN_VAIN = 10
+"""Way-points in a row that could not be driven to: the base is held, or everything is shut."""
 _KEEP_GAZE = 1.5
 _LOOK_ROUND_SLACK = 1.3
 
@@ -75,6 +77,11 @@ class SpiralSearch(GuardedSkill):
         self._window = np.fft.rfft(np.fft.ifftshift((around <= half_picture).astype(np.float64)))
 
     @property
+    def unseen_m2(self) -> float:
+        """How much of the grid round the start has not been looked at yet, whether it is floor or not."""
+        return self._coverage.unseen_m2
+
+    @property
     def avoidance(self) -> Avoidance | None:
         """What VFH saw and chose when it last drove."""
         return self._driver.avoidance
@@ -89,6 +96,7 @@ class SpiralSearch(GuardedSkill):
         self._gaze_in_odom_rad: float | None = None
         self._look_round_until_s: float | None = None
         self._no_way_since_s: float | None = None
+        self._in_vain = 0
         if self._all_was_seen:
             self._begin_anew(view)
         self._viewpoints.drop()
@@ -118,6 +126,8 @@ class SpiralSearch(GuardedSkill):
             return SkillStep(SkillStatus.SUCCESS, STOP, words)
         if passed_s > self._time_limit_s:
             return self._failed(passed_s, f"limit {self._time_limit_s:.1f} s")
+        if self._in_vain >= _MOST_IN_VAIN:
+            return self._failed(passed_s, f"{self._in_vain} way-points in a row could not be driven to")
         if sight is Sight.LOOKING:
             self._progress.restart()
             return SkillStep(SkillStatus.RUNNING, self._glimpse.twist(view), "something is there, looking")
@@ -153,9 +163,11 @@ class SpiralSearch(GuardedSkill):
         )
         if self._gives_up(view, drive):
             self._passed_over += 1
+            self._in_vain += 1
             self._viewpoints.finish(given_up=True)
         elif drive.at_goal or away_m < _NEAR_ENOUGH_M:
             self._visited += 1
+            self._in_vain = 0
             self._look_round_until_s = view.now_s + _LOOK_ROUND_SLACK * 2.0 * math.pi / self._yaw_rate_radps
         words = f"{self._visited} way-points visited, {self._passed_over} passed over, {self._viewpoints.left} left"
         return SkillStep(SkillStatus.RUNNING, drive.twist, words)

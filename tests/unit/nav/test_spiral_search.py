@@ -87,3 +87,38 @@ def test_shut_in_it_ends_soon() -> None:
         assert step.twist.speed_mps == 0.0
     assert step.status is SkillStatus.FAILURE
     assert ticks < 600
+
+
+def test_after_a_find_that_was_none_it_goes_on_where_it_was() -> None:
+    """A decoy ended the search for a moment; what was looked at need not be looked at again."""
+    world, skill = ToyWorld(HIDDEN, pin=None, start=Pose2D(-1.5, 0.3, 0.0)), search(time_limit_s=60.0)
+    world.run(skill, 20.0)
+    found = view(world.now_s, track=track_at(2.0, 0.0, world.now_s))
+    assert skill.step(found).status is SkillStatus.SUCCESS
+    seen_m2 = skill.unseen_m2
+    skill.start(view(world.now_s + 30.0))
+    assert skill.unseen_m2 == seen_m2
+    step = skill.step(view(world.now_s + 30.0 + 45.0))
+    assert step.status is SkillStatus.FAILURE, "the time is counted over both"
+    assert "limit 60.0 s" in step.reason
+
+
+def test_after_all_was_seen_it_begins_anew() -> None:
+    cell = ToyWorld(room(0.7), pin=None, start=Pose2D(), noise=0.0)
+    skill = search(time_limit_s=200.0)
+    assert "all in reach was seen" in cell.run(skill, 60.0).reason
+    before_m2 = skill.unseen_m2
+    skill.start(view(cell.now_s))
+    assert skill.unseen_m2 > before_m2
+
+
+def test_a_base_that_is_held_ends_it_long_before_the_time_is_over() -> None:
+    skill = search(time_limit_s=180.0)
+    skill.start(view(100.0))
+    step, now_s = skill.step(view(100.0)), 100.0
+    while step.status is SkillStatus.RUNNING and now_s < 200.0:
+        now_s += 0.05
+        step = skill.step(view(now_s))
+    assert step.status is SkillStatus.FAILURE
+    assert "in a row could not be driven to" in step.reason
+    assert now_s < 145.0

@@ -10,6 +10,7 @@ import pytest
 from target_nav.nav.tracker import TargetTracker
 from target_nav.state.types import Pose2D, Track, Twist2D
 from tests.unit.nav.scripted_world import (
+    SPEC,
     Drive,
     Sensors,
     World,
@@ -228,3 +229,36 @@ def test_two_boxes_on_one_pin_are_one_target() -> None:
         assert track is not None
         chosen.add((round(track.x_m, 1), round(track.y_m, 1), track.hits))
     assert chosen == {(2.0, 0.0, hits) for hits in range(1, 13)}
+
+
+def test_a_thing_that_is_taken_for_a_target_now_and_then_is_never_confirmed() -> None:
+    """A bottle that carries the target's label in one frame of six is seen often enough in a minute, never steadily."""
+    feed = Feed()
+    for _ in range(60):
+        track = feed.step(pin_at(2.0))
+        assert track is None or not track.confirmed
+        feed.steps(5)
+
+
+def test_a_target_that_half_of_the_frames_miss_is_confirmed() -> None:
+    feed = Feed()
+    track = None
+    for _ in range(6):
+        feed.step(pin_at(2.0))
+        track = feed.step()
+    assert track is not None
+    assert track.confirmed
+
+
+@pytest.mark.parametrize("share", [1.0, 0.4])
+def test_the_lidar_is_believed_for_the_width_that_it_sees(share: float) -> None:
+    """A pin's neck is where the LiDAR looks: its centre lies nearer behind what comes back than half a belly."""
+    config = CONFIG.override({"track.lidar_width_share": share})
+    pin, neck = (0.7, 0.0), 0.5 * share * SPEC.width_m
+    world = World(circles=[(*pin, neck)], walls=ROOM, config=config)
+    feed, track = Feed(config=config), None
+    for _ in range(15):
+        track = feed.step(pin_at(*pin), world=world)
+    assert track is not None
+    assert feed.now_s - track.last_ranged_s < 0.5
+    assert track.range_m == pytest.approx(0.7, abs=0.008)
