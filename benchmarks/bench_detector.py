@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import OURS, Row
-from target_nav.app.detector_program import find_model, find_program
+from target_nav.app.detector_program import find_program
+from target_nav.app.model_file import find_model
 from target_nav.config import Config
 from target_nav.detectors.pin_pixels import PinPixelDetector
 from target_nav.ipc import channels

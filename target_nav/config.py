@@ -272,8 +272,8 @@ class ArrivalConfig:
 class DetectorConfig:
     program: str = choice(
         "auto",
-        ("auto", "network", "red_stripes"),
-        "network: the C++ program with its model; red_stripes: the Python detector that needs no training; "
+        ("auto", "cpp", "python"),
+        "what runs the network: cpp, a program to be built; python, which has every other detector too; "
         "auto: the first if it is built and its model is there",
     )
     backend: str = choice(

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from target_nav.app import gui_launch
 from target_nav.app.detector_program import detector_command
+from target_nav.app.model_file import find_model, missing_model
 from target_nav.app.paths import REFERENCE_MISSION, mission_path
 from target_nav.config import Config
 from target_nav.errors import TargetNavError
@@ -169,12 +170,13 @@ def _detector(config: Config) -> Iterator[Finding]:
     except TargetNavError as error:
         yield Finding("detector", Verdict.PROBLEM, str(error), "see detector.program and detector.model")
         return
-    if chosen.network or config.detector.program == "red_stripes":
+    if not chosen.cpp and find_model(config, "cpu") is None:
+        advice = "a pin's outline is looked for: good for the simulator, not for a real floor"
+        yield Finding("detector", Verdict.NOTE, f"{chosen.description}; {missing_model(config)}", advice)
+    elif chosen.cpp or config.detector.program == "python":
         yield Finding("detector", Verdict.OK, chosen.description)
     else:
-        yield Finding(
-            "detector", Verdict.NOTE, chosen.description, "good for the simulator, not for a real floor"
-        )
+        yield Finding("detector", Verdict.NOTE, chosen.description, "the same network, by a slower program")
 
 
 def _clocks(config: Config) -> Iterator[Finding]:

@@ -55,7 +55,7 @@ class Rig:
     ) -> subprocess.Popen[str]:
         """The camera process with the C++ detector. Shape is not judged here: the network's boxes are square."""
         cpp_detector.program()
-        settings = ("detector.program=network", f"detector.model={model}", "detector.aspect_tolerance=2.0")
+        settings = ("detector.program=cpp", f"detector.model={model}", "detector.aspect_tolerance=2.0")
         process = subprocess.Popen(
             [
                 *(sys.executable, "-m", "target_nav.app.camera_node", "--no-ros", "--prefix", self.prefix),

@@ -29,7 +29,7 @@ def start(tmp_path: Path) -> Iterator[Start]:
     started: list[DetectorProcess] = []
 
     def make(script: str) -> DetectorProcess:
-        command = DetectorCommand(("/bin/sh", "-c", script), "a script", network=False)
+        command = DetectorCommand(("/bin/sh", "-c", script), "a script", cpp=False)
         started.append(DetectorProcess(lambda _: command, tmp_path))
         return started[-1]
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from target_nav.app.detector_program import BUILD, MODELS, check_sum, detector_command
+from target_nav.app.detector_program import BUILD, detector_command
+from target_nav.app.model_file import MODELS, check_sum
 from target_nav.config import Config
 from target_nav.errors import ConfigError
 
@@ -36,7 +37,7 @@ def option(argv: tuple[str, ...], name: str) -> str:
 
 def test_auto_takes_the_network_where_there_is_one(checkout: Path) -> None:
     chosen = detector_command(Config(), "/dev/video0", OPTIONS, root=checkout)
-    assert chosen.network
+    assert chosen.cpp
     assert chosen.argv[0] == str(checkout / BUILD)
     assert option(chosen.argv, "--model") == str(checkout / MODELS["cpu"])
     assert option(chosen.argv, "--source") == "/dev/video0"
@@ -49,15 +50,15 @@ def test_auto_takes_the_network_where_there_is_one(checkout: Path) -> None:
 def test_auto_falls_back_to_the_python_detector_and_says_why(checkout: Path, gone: Path, told: str) -> None:
     (checkout / gone).unlink()
     chosen = detector_command(Config(), "sim", OPTIONS, root=checkout)
-    assert not chosen.network
+    assert not chosen.cpp
     assert chosen.argv == (sys.executable, "-m", "target_nav.app.detector_node", "--source", "sim", *OPTIONS)
     assert told in chosen.description
     with pytest.raises(ConfigError, match=told):
-        detector_command(config(program="network"), "sim", OPTIONS, root=checkout)
+        detector_command(config(program="cpp"), "sim", OPTIONS, root=checkout)
 
 
 def test_the_python_detector_can_be_chosen(checkout: Path) -> None:
-    assert not detector_command(config(program="red_stripes"), "sim", OPTIONS, root=checkout).network
+    assert not detector_command(config(program="python"), "sim", OPTIONS, root=checkout).cpp
 
 
 def test_another_model_can_be_named(checkout: Path, tmp_path: Path) -> None:
@@ -66,7 +67,7 @@ def test_another_model_can_be_named(checkout: Path, tmp_path: Path) -> None:
     chosen = detector_command(config(model=str(other)), "sim", OPTIONS, root=checkout)
     assert option(chosen.argv, "--model") == str(other)
     with pytest.raises(ConfigError, match="not_there"):
-        detector_command(config(program="network", model="/not_there.onnx"), "sim", OPTIONS, root=checkout)
+        detector_command(config(program="cpp", model="/not_there.onnx"), "sim", OPTIONS, root=checkout)
 
 
 def test_the_accelerator_takes_a_folder(checkout: Path) -> None:
@@ -91,6 +92,6 @@ def test_a_model_with_a_flipped_bit_is_refused(checkout: Path) -> None:
 
 @pytest.mark.parametrize("name", ["colour:green", "apriltag:7", "bottle"])
 def test_what_the_network_does_not_know_is_the_python_detector_s(checkout: Path, name: str) -> None:
-    chosen = detector_command(config(program="network"), "sim", OPTIONS, name, checkout)
-    assert not chosen.network
+    chosen = detector_command(config(program="cpp"), "sim", OPTIONS, name, checkout)
+    assert not chosen.cpp
     assert name in chosen.description
