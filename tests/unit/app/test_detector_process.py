@@ -119,7 +119,7 @@ def test_another_target_may_need_another_detector(tmp_path: Path) -> None:
     def choose(class_name: str) -> DetectorCommand:
         name = "python" if class_name.startswith("colour:") else "network"
         script = f"echo {name} >> {tmp_path}/started; {READY}exec sleep 100"
-        return DetectorCommand(("/bin/sh", "-c", script), name, network=name == "network")
+        return DetectorCommand(("/bin/sh", "-c", script), name, cpp=name == "network")
 
     process = DetectorProcess(choose, tmp_path)
     try:
