@@ -19,6 +19,7 @@ from target_nav.sim.history import PoseHistory
 from target_nav.sim.host_firmware import HostFirmware
 from target_nav.sim.judge import Verdict, judge, target_gap_m
 from target_nav.sim.lidar import Lidar
+from target_nav.sim.pixels import Detect, Draw, PixelCamera
 from target_nav.sim.streams import stream
 from target_nav.sim.world import World
 from target_nav.state.types import Pose2D, RawDetectionFrame, Scan, TargetSpec, Twist2D
@@ -44,6 +45,7 @@ class Simulation:
 
     Args:
         firmware: makes the drivetrain's firmware for a robot and a start time.
+        detect: finds the boxes in rendered pictures; without it they are projected.
 
     Raises:
         ValueError: the seed is negative.
@@ -56,6 +58,7 @@ class Simulation:
         seed: int,
         start_s: float = 0.0,
         firmware: Callable[[Config, float], Firmware] = HostFirmware,
+        detect: Detect | None = None,
     ) -> None:
         config, start = arena.config, arena.robot
         self.arena = arena
@@ -71,14 +74,20 @@ class Simulation:
         beams = world.ray_caster(config.lidar.z_m, config.lidar.true_profile)
         self._lidar = Lidar(config.lidar, beams, stream(seed, "lidar"), start_s)
         target_class = arena.target.class_name if arena.target is not None else TargetSpec().class_name
-        self._camera = BoxCamera(
-            config.camera,
-            arena.objects,
-            target_class,
-            world.ray_caster(config.camera.z_m),
-            stream(seed, "camera"),
-            start_s,
-        )
+        self._camera: BoxCamera | PixelCamera
+        if detect is not None:
+            self._camera = PixelCamera(
+                config.camera, _drawing(arena, seed), detect, stream(seed, "camera"), start_s
+            )
+        else:
+            self._camera = BoxCamera(
+                config.camera,
+                arena.objects,
+                target_class,
+                world.ray_caster(config.camera.z_m),
+                stream(seed, "camera"),
+                start_s,
+            )
         self._scans: deque[Scan] = deque(maxlen=KEPT_MESSAGES)
         self._serial: deque[tuple[float, bytes]] = deque(maxlen=20 * KEPT_MESSAGES)
         self._driven_s = start_s
@@ -193,3 +202,16 @@ class Simulation:
             min_clearance_m=self.min_clearance_m,
             path_m=self.drive.path_m,
         )
+
+
+def _drawing(arena: Arena, seed: int) -> Callable[[float], Draw]:
+    """Every seed paints the room anew."""
+
+    def draw_with(mount_error_rad: float) -> Draw:
+        # Only who wants pictures loads OpenCV.
+        from target_nav.sim.render import Renderer
+        from target_nav.sim.render_look import Look
+
+        return Renderer(arena, arena.config, mount_error_rad, Look.of(seed)).draw
+
+    return draw_with
