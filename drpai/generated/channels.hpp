@@ -34,7 +34,7 @@ constexpr std::uint32_t lock_busy(std::uint64_t sequence) { return static_cast<s
 constexpr std::uint32_t lock_done(std::uint64_t sequence) { return static_cast<std::uint32_t>(sequence << 1); }
 
 constexpr char MAGIC[9] = "TNAVSHM1";
-constexpr std::uint32_t LAYOUT_VERSION = 1;
+constexpr std::uint32_t LAYOUT_VERSION = 2;
 
 enum class NavState : std::int32_t {  // the numbers are the project's own
   IDLE = 0,
@@ -53,6 +53,11 @@ enum class CommandKind : std::int32_t {  // the numbers are the project's own
   RESUME = 5,
   STEP = 6,
   RELOAD = 7,
+  MANUAL = 8,
+  SETTING = 9,
+  LOAD = 10,
+  TARGET = 11,
+  FIRMWARE = 12,
 };
 
 enum class OutcomeKind : std::int32_t {  // counted from 0
@@ -124,6 +129,14 @@ static_assert(offsetof(CameraFrame, width_px) == 20 && sizeof(CameraFrame::width
 static_assert(offsetof(CameraFrame, pixel_sum) == 24 && sizeof(CameraFrame::pixel_sum) == 8);
 static_assert(offsetof(CameraFrame, image_bgr) == 32 && sizeof(CameraFrame::image_bgr) == 6220800);
 
+struct Facing {
+  double facing_rad;
+  double error_px;
+};
+static_assert(sizeof(Facing) == 16 && alignof(Facing) == 8);
+static_assert(offsetof(Facing, facing_rad) == 0 && sizeof(Facing::facing_rad) == 8);
+static_assert(offsetof(Facing, error_px) == 8 && sizeof(Facing::error_px) == 8);
+
 struct RawDetection {
   char class_name[48];
   double score;
@@ -131,14 +144,22 @@ struct RawDetection {
   double v_px;
   double width_px;
   double height_px;
+  bool has_facing;
+  Facing facing;
+  bool has_other_facing;
+  Facing other_facing;
 };
-static_assert(sizeof(RawDetection) == 88 && alignof(RawDetection) == 8);
+static_assert(sizeof(RawDetection) == 136 && alignof(RawDetection) == 8);
 static_assert(offsetof(RawDetection, class_name) == 0 && sizeof(RawDetection::class_name) == 48);
 static_assert(offsetof(RawDetection, score) == 48 && sizeof(RawDetection::score) == 8);
 static_assert(offsetof(RawDetection, u_px) == 56 && sizeof(RawDetection::u_px) == 8);
 static_assert(offsetof(RawDetection, v_px) == 64 && sizeof(RawDetection::v_px) == 8);
 static_assert(offsetof(RawDetection, width_px) == 72 && sizeof(RawDetection::width_px) == 8);
 static_assert(offsetof(RawDetection, height_px) == 80 && sizeof(RawDetection::height_px) == 8);
+static_assert(offsetof(RawDetection, has_facing) == 88 && sizeof(RawDetection::has_facing) == 1);
+static_assert(offsetof(RawDetection, facing) == 96 && sizeof(RawDetection::facing) == 16);
+static_assert(offsetof(RawDetection, has_other_facing) == 112 && sizeof(RawDetection::has_other_facing) == 1);
+static_assert(offsetof(RawDetection, other_facing) == 120 && sizeof(RawDetection::other_facing) == 16);
 
 struct RawDetectionFrame {
   double stamp_s;
@@ -146,11 +167,11 @@ struct RawDetectionFrame {
   std::uint32_t detections_count;
   RawDetection detections[64];
 };
-static_assert(sizeof(RawDetectionFrame) == 5656 && alignof(RawDetectionFrame) == 8);
+static_assert(sizeof(RawDetectionFrame) == 8728 && alignof(RawDetectionFrame) == 8);
 static_assert(offsetof(RawDetectionFrame, stamp_s) == 0 && sizeof(RawDetectionFrame::stamp_s) == 8);
 static_assert(offsetof(RawDetectionFrame, frame_id) == 8 && sizeof(RawDetectionFrame::frame_id) == 8);
 static_assert(offsetof(RawDetectionFrame, detections_count) == 16 && sizeof(RawDetectionFrame::detections_count) == 4);
-static_assert(offsetof(RawDetectionFrame, detections) == 24 && sizeof(RawDetectionFrame::detections) == 5632);
+static_assert(offsetof(RawDetectionFrame, detections) == 24 && sizeof(RawDetectionFrame::detections) == 8704);
 
 struct Calibration {
   double stamp_s;
@@ -186,8 +207,12 @@ struct Detection {
   double bearing_sigma_rad;
   bool clipped;
   bool confirmed;
+  bool has_facing;
+  Facing facing;
+  bool has_other_facing;
+  Facing other_facing;
 };
-static_assert(sizeof(Detection) == 136 && alignof(Detection) == 8);
+static_assert(sizeof(Detection) == 176 && alignof(Detection) == 8);
 static_assert(offsetof(Detection, class_name) == 0 && sizeof(Detection::class_name) == 48);
 static_assert(offsetof(Detection, score) == 48 && sizeof(Detection::score) == 8);
 static_assert(offsetof(Detection, track_id) == 56 && sizeof(Detection::track_id) == 8);
@@ -201,6 +226,10 @@ static_assert(offsetof(Detection, bearing_rad) == 112 && sizeof(Detection::beari
 static_assert(offsetof(Detection, bearing_sigma_rad) == 120 && sizeof(Detection::bearing_sigma_rad) == 8);
 static_assert(offsetof(Detection, clipped) == 128 && sizeof(Detection::clipped) == 1);
 static_assert(offsetof(Detection, confirmed) == 129 && sizeof(Detection::confirmed) == 1);
+static_assert(offsetof(Detection, has_facing) == 130 && sizeof(Detection::has_facing) == 1);
+static_assert(offsetof(Detection, facing) == 136 && sizeof(Detection::facing) == 16);
+static_assert(offsetof(Detection, has_other_facing) == 152 && sizeof(Detection::has_other_facing) == 1);
+static_assert(offsetof(Detection, other_facing) == 160 && sizeof(Detection::other_facing) == 16);
 
 struct DetectionFrame {
   double stamp_s;
@@ -208,11 +237,11 @@ struct DetectionFrame {
   std::uint32_t detections_count;
   Detection detections[64];
 };
-static_assert(sizeof(DetectionFrame) == 8728 && alignof(DetectionFrame) == 8);
+static_assert(sizeof(DetectionFrame) == 11288 && alignof(DetectionFrame) == 8);
 static_assert(offsetof(DetectionFrame, stamp_s) == 0 && sizeof(DetectionFrame::stamp_s) == 8);
 static_assert(offsetof(DetectionFrame, frame_id) == 8 && sizeof(DetectionFrame::frame_id) == 8);
 static_assert(offsetof(DetectionFrame, detections_count) == 16 && sizeof(DetectionFrame::detections_count) == 4);
-static_assert(offsetof(DetectionFrame, detections) == 24 && sizeof(DetectionFrame::detections) == 8704);
+static_assert(offsetof(DetectionFrame, detections) == 24 && sizeof(DetectionFrame::detections) == 11264);
 
 struct Outcome {
   std::int32_t kind;
@@ -253,8 +282,12 @@ struct Track {
   double last_ranged_s;
   double range_m;
   double bearing_rad;
+  bool has_facing_in_odom_rad;
+  double facing_in_odom_rad;
+  bool has_facing_sigma_rad;
+  double facing_sigma_rad;
 };
-static_assert(sizeof(Track) == 104 && alignof(Track) == 8);
+static_assert(sizeof(Track) == 136 && alignof(Track) == 8);
 static_assert(offsetof(Track, stamp_s) == 0 && sizeof(Track::stamp_s) == 8);
 static_assert(offsetof(Track, x_m) == 8 && sizeof(Track::x_m) == 8);
 static_assert(offsetof(Track, y_m) == 16 && sizeof(Track::y_m) == 8);
@@ -265,6 +298,10 @@ static_assert(offsetof(Track, last_seen_s) == 72 && sizeof(Track::last_seen_s) =
 static_assert(offsetof(Track, last_ranged_s) == 80 && sizeof(Track::last_ranged_s) == 8);
 static_assert(offsetof(Track, range_m) == 88 && sizeof(Track::range_m) == 8);
 static_assert(offsetof(Track, bearing_rad) == 96 && sizeof(Track::bearing_rad) == 8);
+static_assert(offsetof(Track, has_facing_in_odom_rad) == 104 && sizeof(Track::has_facing_in_odom_rad) == 1);
+static_assert(offsetof(Track, facing_in_odom_rad) == 112 && sizeof(Track::facing_in_odom_rad) == 8);
+static_assert(offsetof(Track, has_facing_sigma_rad) == 120 && sizeof(Track::has_facing_sigma_rad) == 1);
+static_assert(offsetof(Track, facing_sigma_rad) == 128 && sizeof(Track::facing_sigma_rad) == 8);
 
 struct TargetSpec {
   char class_name[48];
@@ -297,8 +334,14 @@ struct NavSnapshot {
   double rate_hz;
   double jitter_p99_s;
   std::int64_t overruns;
+  char mission[64];
+  bool paused;
+  bool manual;
+  std::int64_t settings_crc;
+  char notice[160];
+  std::int64_t notice_count;
 };
-static_assert(sizeof(NavSnapshot) == 944 && alignof(NavSnapshot) == 8);
+static_assert(sizeof(NavSnapshot) == 1224 && alignof(NavSnapshot) == 8);
 static_assert(offsetof(NavSnapshot, stamp_s) == 0 && sizeof(NavSnapshot::stamp_s) == 8);
 static_assert(offsetof(NavSnapshot, tick) == 8 && sizeof(NavSnapshot::tick) == 8);
 static_assert(offsetof(NavSnapshot, state) == 16 && sizeof(NavSnapshot::state) == 4);
@@ -311,14 +354,20 @@ static_assert(offsetof(NavSnapshot, pose_in_odom) == 608 && sizeof(NavSnapshot::
 static_assert(offsetof(NavSnapshot, twist_sent) == 632 && sizeof(NavSnapshot::twist_sent) == 24);
 static_assert(offsetof(NavSnapshot, limited_by) == 656 && sizeof(NavSnapshot::limited_by) == 64);
 static_assert(offsetof(NavSnapshot, has_track) == 720 && sizeof(NavSnapshot::has_track) == 1);
-static_assert(offsetof(NavSnapshot, track) == 728 && sizeof(NavSnapshot::track) == 104);
-static_assert(offsetof(NavSnapshot, spec) == 832 && sizeof(NavSnapshot::spec) == 64);
-static_assert(offsetof(NavSnapshot, scan_age_s) == 896 && sizeof(NavSnapshot::scan_age_s) == 8);
-static_assert(offsetof(NavSnapshot, odom_age_s) == 904 && sizeof(NavSnapshot::odom_age_s) == 8);
-static_assert(offsetof(NavSnapshot, camera_age_s) == 912 && sizeof(NavSnapshot::camera_age_s) == 8);
-static_assert(offsetof(NavSnapshot, rate_hz) == 920 && sizeof(NavSnapshot::rate_hz) == 8);
-static_assert(offsetof(NavSnapshot, jitter_p99_s) == 928 && sizeof(NavSnapshot::jitter_p99_s) == 8);
-static_assert(offsetof(NavSnapshot, overruns) == 936 && sizeof(NavSnapshot::overruns) == 8);
+static_assert(offsetof(NavSnapshot, track) == 728 && sizeof(NavSnapshot::track) == 136);
+static_assert(offsetof(NavSnapshot, spec) == 864 && sizeof(NavSnapshot::spec) == 64);
+static_assert(offsetof(NavSnapshot, scan_age_s) == 928 && sizeof(NavSnapshot::scan_age_s) == 8);
+static_assert(offsetof(NavSnapshot, odom_age_s) == 936 && sizeof(NavSnapshot::odom_age_s) == 8);
+static_assert(offsetof(NavSnapshot, camera_age_s) == 944 && sizeof(NavSnapshot::camera_age_s) == 8);
+static_assert(offsetof(NavSnapshot, rate_hz) == 952 && sizeof(NavSnapshot::rate_hz) == 8);
+static_assert(offsetof(NavSnapshot, jitter_p99_s) == 960 && sizeof(NavSnapshot::jitter_p99_s) == 8);
+static_assert(offsetof(NavSnapshot, overruns) == 968 && sizeof(NavSnapshot::overruns) == 8);
+static_assert(offsetof(NavSnapshot, mission) == 976 && sizeof(NavSnapshot::mission) == 64);
+static_assert(offsetof(NavSnapshot, paused) == 1040 && sizeof(NavSnapshot::paused) == 1);
+static_assert(offsetof(NavSnapshot, manual) == 1041 && sizeof(NavSnapshot::manual) == 1);
+static_assert(offsetof(NavSnapshot, settings_crc) == 1048 && sizeof(NavSnapshot::settings_crc) == 8);
+static_assert(offsetof(NavSnapshot, notice) == 1056 && sizeof(NavSnapshot::notice) == 160);
+static_assert(offsetof(NavSnapshot, notice_count) == 1216 && sizeof(NavSnapshot::notice_count) == 8);
 
 struct LaserSnapshot {
   double stamp_s;
@@ -331,6 +380,80 @@ static_assert(offsetof(LaserSnapshot, stamp_s) == 0 && sizeof(LaserSnapshot::sta
 static_assert(offsetof(LaserSnapshot, pose_in_odom) == 8 && sizeof(LaserSnapshot::pose_in_odom) == 24);
 static_assert(offsetof(LaserSnapshot, points_count) == 32 && sizeof(LaserSnapshot::points_count) == 4);
 static_assert(offsetof(LaserSnapshot, points_in_base_m) == 40 && sizeof(LaserSnapshot::points_in_base_m) == 23040);
+
+struct AvoidSnapshot {
+  double stamp_s;
+  Pose2D pose_in_odom;
+  bool active;
+  double direction_rad;
+  double free_ahead_m;
+  bool along_the_way;
+  std::int64_t outline_count;
+  std::uint32_t points_count;
+  double points_in_base_m[2880];
+};
+static_assert(sizeof(AvoidSnapshot) == 23120 && alignof(AvoidSnapshot) == 8);
+static_assert(offsetof(AvoidSnapshot, stamp_s) == 0 && sizeof(AvoidSnapshot::stamp_s) == 8);
+static_assert(offsetof(AvoidSnapshot, pose_in_odom) == 8 && sizeof(AvoidSnapshot::pose_in_odom) == 24);
+static_assert(offsetof(AvoidSnapshot, active) == 32 && sizeof(AvoidSnapshot::active) == 1);
+static_assert(offsetof(AvoidSnapshot, direction_rad) == 40 && sizeof(AvoidSnapshot::direction_rad) == 8);
+static_assert(offsetof(AvoidSnapshot, free_ahead_m) == 48 && sizeof(AvoidSnapshot::free_ahead_m) == 8);
+static_assert(offsetof(AvoidSnapshot, along_the_way) == 56 && sizeof(AvoidSnapshot::along_the_way) == 1);
+static_assert(offsetof(AvoidSnapshot, outline_count) == 64 && sizeof(AvoidSnapshot::outline_count) == 8);
+static_assert(offsetof(AvoidSnapshot, points_count) == 72 && sizeof(AvoidSnapshot::points_count) == 4);
+static_assert(offsetof(AvoidSnapshot, points_in_base_m) == 80 && sizeof(AvoidSnapshot::points_in_base_m) == 23040);
+
+struct TreeRow {
+  char name[64];
+  char word[48];
+  std::int64_t depth;
+  std::int32_t status;
+  bool active;
+  char feedback[128];
+};
+static_assert(sizeof(TreeRow) == 256 && alignof(TreeRow) == 8);
+static_assert(offsetof(TreeRow, name) == 0 && sizeof(TreeRow::name) == 64);
+static_assert(offsetof(TreeRow, word) == 64 && sizeof(TreeRow::word) == 48);
+static_assert(offsetof(TreeRow, depth) == 112 && sizeof(TreeRow::depth) == 8);
+static_assert(offsetof(TreeRow, status) == 120 && sizeof(TreeRow::status) == 4);
+static_assert(offsetof(TreeRow, active) == 124 && sizeof(TreeRow::active) == 1);
+static_assert(offsetof(TreeRow, feedback) == 125 && sizeof(TreeRow::feedback) == 128);
+
+struct TreeState {
+  double stamp_s;
+  std::int64_t tick;
+  std::int64_t total;
+  std::uint32_t rows_count;
+  TreeRow rows[256];
+};
+static_assert(sizeof(TreeState) == 65568 && alignof(TreeState) == 8);
+static_assert(offsetof(TreeState, stamp_s) == 0 && sizeof(TreeState::stamp_s) == 8);
+static_assert(offsetof(TreeState, tick) == 8 && sizeof(TreeState::tick) == 8);
+static_assert(offsetof(TreeState, total) == 16 && sizeof(TreeState::total) == 8);
+static_assert(offsetof(TreeState, rows_count) == 24 && sizeof(TreeState::rows_count) == 4);
+static_assert(offsetof(TreeState, rows) == 32 && sizeof(TreeState::rows) == 65536);
+
+struct ProcessRow {
+  char name[64];
+  char condition[32];
+  std::int64_t pid;
+  std::int64_t restarts;
+};
+static_assert(sizeof(ProcessRow) == 112 && alignof(ProcessRow) == 8);
+static_assert(offsetof(ProcessRow, name) == 0 && sizeof(ProcessRow::name) == 64);
+static_assert(offsetof(ProcessRow, condition) == 64 && sizeof(ProcessRow::condition) == 32);
+static_assert(offsetof(ProcessRow, pid) == 96 && sizeof(ProcessRow::pid) == 8);
+static_assert(offsetof(ProcessRow, restarts) == 104 && sizeof(ProcessRow::restarts) == 8);
+
+struct ProcessTable {
+  double stamp_s;
+  std::uint32_t rows_count;
+  ProcessRow rows[24];
+};
+static_assert(sizeof(ProcessTable) == 2704 && alignof(ProcessTable) == 8);
+static_assert(offsetof(ProcessTable, stamp_s) == 0 && sizeof(ProcessTable::stamp_s) == 8);
+static_assert(offsetof(ProcessTable, rows_count) == 8 && sizeof(ProcessTable::rows_count) == 4);
+static_assert(offsetof(ProcessTable, rows) == 16 && sizeof(ProcessTable::rows) == 2688);
 
 struct Command {
   double stamp_s;
@@ -384,10 +507,10 @@ struct DetectionsChannel {
   using Payload = RawDetectionFrame;
   static constexpr const char* NAME = "detections";
   static constexpr const char* LAYOUT_NAME = "RawDetectionFrame";
-  static constexpr std::uint32_t LAYOUT_HASH = 0xf8c136b9u;
+  static constexpr std::uint32_t LAYOUT_HASH = 0x499c7220u;
   static constexpr std::uint32_t SLOT_COUNT = 4;
-  static constexpr std::uint32_t SLOT_BYTES = 5696;
-  static constexpr std::uint64_t FILE_BYTES = 22976;
+  static constexpr std::uint32_t SLOT_BYTES = 8768;
+  static constexpr std::uint64_t FILE_BYTES = 35264;
 };
 
 struct CalibrationChannel {
@@ -404,20 +527,20 @@ struct DetChannel {
   using Payload = DetectionFrame;
   static constexpr const char* NAME = "det";
   static constexpr const char* LAYOUT_NAME = "DetectionFrame";
-  static constexpr std::uint32_t LAYOUT_HASH = 0x9a139554u;
+  static constexpr std::uint32_t LAYOUT_HASH = 0xec81b45du;
   static constexpr std::uint32_t SLOT_COUNT = 4;
-  static constexpr std::uint32_t SLOT_BYTES = 8768;
-  static constexpr std::uint64_t FILE_BYTES = 35264;
+  static constexpr std::uint32_t SLOT_BYTES = 11328;
+  static constexpr std::uint64_t FILE_BYTES = 45504;
 };
 
 struct NavChannel {
   using Payload = NavSnapshot;
   static constexpr const char* NAME = "nav";
   static constexpr const char* LAYOUT_NAME = "NavSnapshot";
-  static constexpr std::uint32_t LAYOUT_HASH = 0x0b860034u;
+  static constexpr std::uint32_t LAYOUT_HASH = 0x77cb8418u;
   static constexpr std::uint32_t SLOT_COUNT = 4;
-  static constexpr std::uint32_t SLOT_BYTES = 1024;
-  static constexpr std::uint64_t FILE_BYTES = 4288;
+  static constexpr std::uint32_t SLOT_BYTES = 1280;
+  static constexpr std::uint64_t FILE_BYTES = 5312;
 };
 
 struct LaserChannel {
@@ -430,11 +553,41 @@ struct LaserChannel {
   static constexpr std::uint64_t FILE_BYTES = 92608;
 };
 
+struct AvoidChannel {
+  using Payload = AvoidSnapshot;
+  static constexpr const char* NAME = "avoid";
+  static constexpr const char* LAYOUT_NAME = "AvoidSnapshot";
+  static constexpr std::uint32_t LAYOUT_HASH = 0x7c85c8c6u;
+  static constexpr std::uint32_t SLOT_COUNT = 4;
+  static constexpr std::uint32_t SLOT_BYTES = 23168;
+  static constexpr std::uint64_t FILE_BYTES = 92864;
+};
+
+struct TreeChannel {
+  using Payload = TreeState;
+  static constexpr const char* NAME = "tree";
+  static constexpr const char* LAYOUT_NAME = "TreeState";
+  static constexpr std::uint32_t LAYOUT_HASH = 0x1dbe761fu;
+  static constexpr std::uint32_t SLOT_COUNT = 4;
+  static constexpr std::uint32_t SLOT_BYTES = 65600;
+  static constexpr std::uint64_t FILE_BYTES = 262592;
+};
+
+struct ProcessesChannel {
+  using Payload = ProcessTable;
+  static constexpr const char* NAME = "processes";
+  static constexpr const char* LAYOUT_NAME = "ProcessTable";
+  static constexpr std::uint32_t LAYOUT_HASH = 0xcf678a5du;
+  static constexpr std::uint32_t SLOT_COUNT = 4;
+  static constexpr std::uint32_t SLOT_BYTES = 2752;
+  static constexpr std::uint64_t FILE_BYTES = 11200;
+};
+
 struct CmdChannel {
   using Payload = PushedCommand;
   static constexpr const char* NAME = "cmd";
   static constexpr const char* LAYOUT_NAME = "PushedCommand";
-  static constexpr std::uint32_t LAYOUT_HASH = 0xb1fb702cu;
+  static constexpr std::uint32_t LAYOUT_HASH = 0x2335c581u;
   static constexpr std::uint32_t SLOT_COUNT = 64;
   static constexpr std::uint32_t SLOT_BYTES = 320;
   static constexpr std::uint64_t FILE_BYTES = 20672;

@@ -104,7 +104,7 @@ def test_a_reader_that_meets_a_live_writer_of_another_layout_says_both_versions(
         with pytest.raises(DeviceError) as refusal:
             reader.latest()
         assert str(refusal.value) == (
-            f"{prefix}_det has layout version {version} (hash {found:08x}), this program reads version 1 (hash "
+            f"{prefix}_det has layout version {version} (hash {found:08x}), this program reads version {header.LAYOUT_VERSION} (hash "
             f"{ours:08x}); its writer (pid {os.getpid()}) is of another build: stop it, and start both from the same "
             "one"
         )
