@@ -75,23 +75,19 @@ def _timeouts_are_ticks(root: Instance, tick_s: float, report: Report) -> None:
 def _faces_are_known(root: Instance, report: Report) -> None:
     """`from="face"` says something only of a target whose detector knows where its face looks."""
     nodes = list(root.walk())
-    detectors = {
-        node.literals.get("detector", TargetDetector.network)
-        for node in nodes
-        if node.definition.id == "SetTarget"
-    }
-    if not detectors or TargetDetector.apriltag in detectors or None in detectors:
+    targets = [node for node in nodes if node.definition.id == "SetTarget"]
+    if any(node.definition.attribute("detector") and "detector" not in node.literals for node in targets):
+        return  # an entry says which
+    names = {TargetDetector(node.literals.get("detector", TargetDetector.network)).value for node in targets}
+    if not names or TargetDetector.apriltag.value in names:
         return
     for node in nodes:
         where = node.definition.attribute("from")
-        if (
-            node.definition.id == "NavigateToTarget"
-            and where is not None
-            and where.text.strip() == ApproachFrom.face.value
-        ):
-            names = ", ".join(sorted(detector.value for detector in detectors))
+        asked = node.definition.id == "NavigateToTarget" and node.literals.get("from") == ApproachFrom.face
+        if where is not None and asked:
             report.warning(
                 where.position,
-                f'NavigateToTarget: from="face", but no target here has a face that its detector knows ({names}); it '
-                f'goes there the short way: set detector="{TargetDetector.apriltag.value}", or leave it out',
+                f'NavigateToTarget: from="face", but the target of this mission ({", ".join(sorted(names))}) has none '
+                f'that is known, so it goes the short way; set detector="{TargetDetector.apriltag.value}", or leave '
+                "it out",
             )
