@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from enum import Enum
+
 import py_trees
 from py_trees.common import Status
+from py_trees.ports import PortInformation
 
 from behaviours.leaf import MissionLeaf, number
 from behaviours.motion import DISTANCE_M, REASON_PORT, SPEED_MPS, TIME_S, MotionLeaf
@@ -13,7 +16,15 @@ from target_nav.nav.blind_approach import BlindApproach as BlindApproachSkill
 from target_nav.nav.navigate import NavigateToTarget as NavigateToTargetSkill
 from target_nav.nav.skill import Skill
 from target_nav.state import keys
-from target_nav.state.types import NavState
+from target_nav.state.target_label import is_flat
+from target_nav.state.types import NavState, TargetSpec
+
+
+class ApproachFrom(str, Enum):
+    """Named as a mission's author writes them."""
+
+    anywhere = "anywhere"
+    face = "face"
 
 
 class TargetTracked(MissionLeaf):
@@ -45,6 +56,12 @@ class NavigateToTarget(MotionLeaf):
         "speed_mps": number("cruise speed"),
         "until_range_m": number("base_link to the target's centre: hand over to the blind approach"),
         "lost_after_s": number("FAILURE when the camera has not seen it for so long"),
+        "from": PortInformation(
+            ApproachFrom,
+            required=False,
+            description="face: to straight before the face of a flat target, if its detector knows where that looks",
+            default_value=ApproachFrom.anywhere,
+        ),
     }
     OUTPUT_PORTS = REASON_PORT
     PORT_LIMITS = {"speed_mps": SPEED_MPS, "until_range_m": DISTANCE_M, "lost_after_s": TIME_S}
@@ -56,6 +73,7 @@ class NavigateToTarget(MotionLeaf):
             cruise_speed_mps=self.get_input("speed_mps", config.approach.cruise_speed_mps),
             until_range_m=self.get_input("until_range_m", config.approach.blind_from_m),
             lost_after_s=self.get_input("lost_after_s", config.track.lost_after_s),
+            from_face=self.get_input("from") is ApproachFrom.face,
         )
 
 
@@ -79,7 +97,7 @@ class BlindApproach(MotionLeaf):
             stand_off_m=self.get_input("stand_off_m", config.approach.stand_off_m),
             speed_mps=self.get_input("speed_mps", config.approach.blind_speed_mps),
             timeout_s=self.get_input("timeout_s", config.approach.blind_timeout_s),
-            target_radius_m=self.read(keys.SPEC).width_m / 2.0,
+            target_radius_m=_surface_m(self.read(keys.SPEC)),
         )
 
 
@@ -103,8 +121,14 @@ class ConfirmArrival(MotionLeaf):
             stand_off_m=self.get_input("stand_off_m", config.approach.stand_off_m),
             confirm_s=self.get_input("confirm_s", config.arrival.confirm_s),
             timeout_s=self.get_input("timeout_s"),
-            target_radius_m=self.read(keys.SPEC).width_m / 2.0,
+            target_radius_m=_surface_m(self.read(keys.SPEC)),
+            target_width_m=self.read(keys.SPEC).width_m,
         )
+
+
+def _surface_m(spec: TargetSpec) -> float:
+    """From the target's centre to its surface."""
+    return 0.0 if is_flat(spec.class_name) else spec.width_m / 2.0
 
 
 def stand_off_of(root: py_trees.behaviour.Behaviour, config: Config) -> float:

@@ -34,7 +34,7 @@ constexpr std::uint32_t lock_busy(std::uint64_t sequence) { return static_cast<s
 constexpr std::uint32_t lock_done(std::uint64_t sequence) { return static_cast<std::uint32_t>(sequence << 1); }
 
 constexpr char MAGIC[9] = "TNAVSHM1";
-constexpr std::uint32_t LAYOUT_VERSION = 1;
+constexpr std::uint32_t LAYOUT_VERSION = 2;
 
 enum class NavState : std::int32_t {  // the numbers are the project's own
   IDLE = 0,
@@ -129,6 +129,14 @@ static_assert(offsetof(CameraFrame, width_px) == 20 && sizeof(CameraFrame::width
 static_assert(offsetof(CameraFrame, pixel_sum) == 24 && sizeof(CameraFrame::pixel_sum) == 8);
 static_assert(offsetof(CameraFrame, image_bgr) == 32 && sizeof(CameraFrame::image_bgr) == 6220800);
 
+struct Facing {
+  double facing_rad;
+  double error_px;
+};
+static_assert(sizeof(Facing) == 16 && alignof(Facing) == 8);
+static_assert(offsetof(Facing, facing_rad) == 0 && sizeof(Facing::facing_rad) == 8);
+static_assert(offsetof(Facing, error_px) == 8 && sizeof(Facing::error_px) == 8);
+
 struct RawDetection {
   char class_name[48];
   double score;
@@ -136,14 +144,22 @@ struct RawDetection {
   double v_px;
   double width_px;
   double height_px;
+  bool has_facing;
+  Facing facing;
+  bool has_other_facing;
+  Facing other_facing;
 };
-static_assert(sizeof(RawDetection) == 88 && alignof(RawDetection) == 8);
+static_assert(sizeof(RawDetection) == 136 && alignof(RawDetection) == 8);
 static_assert(offsetof(RawDetection, class_name) == 0 && sizeof(RawDetection::class_name) == 48);
 static_assert(offsetof(RawDetection, score) == 48 && sizeof(RawDetection::score) == 8);
 static_assert(offsetof(RawDetection, u_px) == 56 && sizeof(RawDetection::u_px) == 8);
 static_assert(offsetof(RawDetection, v_px) == 64 && sizeof(RawDetection::v_px) == 8);
 static_assert(offsetof(RawDetection, width_px) == 72 && sizeof(RawDetection::width_px) == 8);
 static_assert(offsetof(RawDetection, height_px) == 80 && sizeof(RawDetection::height_px) == 8);
+static_assert(offsetof(RawDetection, has_facing) == 88 && sizeof(RawDetection::has_facing) == 1);
+static_assert(offsetof(RawDetection, facing) == 96 && sizeof(RawDetection::facing) == 16);
+static_assert(offsetof(RawDetection, has_other_facing) == 112 && sizeof(RawDetection::has_other_facing) == 1);
+static_assert(offsetof(RawDetection, other_facing) == 120 && sizeof(RawDetection::other_facing) == 16);
 
 struct RawDetectionFrame {
   double stamp_s;
@@ -151,11 +167,11 @@ struct RawDetectionFrame {
   std::uint32_t detections_count;
   RawDetection detections[64];
 };
-static_assert(sizeof(RawDetectionFrame) == 5656 && alignof(RawDetectionFrame) == 8);
+static_assert(sizeof(RawDetectionFrame) == 8728 && alignof(RawDetectionFrame) == 8);
 static_assert(offsetof(RawDetectionFrame, stamp_s) == 0 && sizeof(RawDetectionFrame::stamp_s) == 8);
 static_assert(offsetof(RawDetectionFrame, frame_id) == 8 && sizeof(RawDetectionFrame::frame_id) == 8);
 static_assert(offsetof(RawDetectionFrame, detections_count) == 16 && sizeof(RawDetectionFrame::detections_count) == 4);
-static_assert(offsetof(RawDetectionFrame, detections) == 24 && sizeof(RawDetectionFrame::detections) == 5632);
+static_assert(offsetof(RawDetectionFrame, detections) == 24 && sizeof(RawDetectionFrame::detections) == 8704);
 
 struct Calibration {
   double stamp_s;
@@ -191,8 +207,12 @@ struct Detection {
   double bearing_sigma_rad;
   bool clipped;
   bool confirmed;
+  bool has_facing;
+  Facing facing;
+  bool has_other_facing;
+  Facing other_facing;
 };
-static_assert(sizeof(Detection) == 136 && alignof(Detection) == 8);
+static_assert(sizeof(Detection) == 176 && alignof(Detection) == 8);
 static_assert(offsetof(Detection, class_name) == 0 && sizeof(Detection::class_name) == 48);
 static_assert(offsetof(Detection, score) == 48 && sizeof(Detection::score) == 8);
 static_assert(offsetof(Detection, track_id) == 56 && sizeof(Detection::track_id) == 8);
@@ -206,6 +226,10 @@ static_assert(offsetof(Detection, bearing_rad) == 112 && sizeof(Detection::beari
 static_assert(offsetof(Detection, bearing_sigma_rad) == 120 && sizeof(Detection::bearing_sigma_rad) == 8);
 static_assert(offsetof(Detection, clipped) == 128 && sizeof(Detection::clipped) == 1);
 static_assert(offsetof(Detection, confirmed) == 129 && sizeof(Detection::confirmed) == 1);
+static_assert(offsetof(Detection, has_facing) == 130 && sizeof(Detection::has_facing) == 1);
+static_assert(offsetof(Detection, facing) == 136 && sizeof(Detection::facing) == 16);
+static_assert(offsetof(Detection, has_other_facing) == 152 && sizeof(Detection::has_other_facing) == 1);
+static_assert(offsetof(Detection, other_facing) == 160 && sizeof(Detection::other_facing) == 16);
 
 struct DetectionFrame {
   double stamp_s;
@@ -213,11 +237,11 @@ struct DetectionFrame {
   std::uint32_t detections_count;
   Detection detections[64];
 };
-static_assert(sizeof(DetectionFrame) == 8728 && alignof(DetectionFrame) == 8);
+static_assert(sizeof(DetectionFrame) == 11288 && alignof(DetectionFrame) == 8);
 static_assert(offsetof(DetectionFrame, stamp_s) == 0 && sizeof(DetectionFrame::stamp_s) == 8);
 static_assert(offsetof(DetectionFrame, frame_id) == 8 && sizeof(DetectionFrame::frame_id) == 8);
 static_assert(offsetof(DetectionFrame, detections_count) == 16 && sizeof(DetectionFrame::detections_count) == 4);
-static_assert(offsetof(DetectionFrame, detections) == 24 && sizeof(DetectionFrame::detections) == 8704);
+static_assert(offsetof(DetectionFrame, detections) == 24 && sizeof(DetectionFrame::detections) == 11264);
 
 struct Outcome {
   std::int32_t kind;
@@ -258,8 +282,12 @@ struct Track {
   double last_ranged_s;
   double range_m;
   double bearing_rad;
+  bool has_facing_in_odom_rad;
+  double facing_in_odom_rad;
+  bool has_facing_sigma_rad;
+  double facing_sigma_rad;
 };
-static_assert(sizeof(Track) == 104 && alignof(Track) == 8);
+static_assert(sizeof(Track) == 136 && alignof(Track) == 8);
 static_assert(offsetof(Track, stamp_s) == 0 && sizeof(Track::stamp_s) == 8);
 static_assert(offsetof(Track, x_m) == 8 && sizeof(Track::x_m) == 8);
 static_assert(offsetof(Track, y_m) == 16 && sizeof(Track::y_m) == 8);
@@ -270,6 +298,10 @@ static_assert(offsetof(Track, last_seen_s) == 72 && sizeof(Track::last_seen_s) =
 static_assert(offsetof(Track, last_ranged_s) == 80 && sizeof(Track::last_ranged_s) == 8);
 static_assert(offsetof(Track, range_m) == 88 && sizeof(Track::range_m) == 8);
 static_assert(offsetof(Track, bearing_rad) == 96 && sizeof(Track::bearing_rad) == 8);
+static_assert(offsetof(Track, has_facing_in_odom_rad) == 104 && sizeof(Track::has_facing_in_odom_rad) == 1);
+static_assert(offsetof(Track, facing_in_odom_rad) == 112 && sizeof(Track::facing_in_odom_rad) == 8);
+static_assert(offsetof(Track, has_facing_sigma_rad) == 120 && sizeof(Track::has_facing_sigma_rad) == 1);
+static_assert(offsetof(Track, facing_sigma_rad) == 128 && sizeof(Track::facing_sigma_rad) == 8);
 
 struct TargetSpec {
   char class_name[48];
@@ -309,7 +341,7 @@ struct NavSnapshot {
   char notice[160];
   std::int64_t notice_count;
 };
-static_assert(sizeof(NavSnapshot) == 1192 && alignof(NavSnapshot) == 8);
+static_assert(sizeof(NavSnapshot) == 1224 && alignof(NavSnapshot) == 8);
 static_assert(offsetof(NavSnapshot, stamp_s) == 0 && sizeof(NavSnapshot::stamp_s) == 8);
 static_assert(offsetof(NavSnapshot, tick) == 8 && sizeof(NavSnapshot::tick) == 8);
 static_assert(offsetof(NavSnapshot, state) == 16 && sizeof(NavSnapshot::state) == 4);
@@ -322,20 +354,20 @@ static_assert(offsetof(NavSnapshot, pose_in_odom) == 608 && sizeof(NavSnapshot::
 static_assert(offsetof(NavSnapshot, twist_sent) == 632 && sizeof(NavSnapshot::twist_sent) == 24);
 static_assert(offsetof(NavSnapshot, limited_by) == 656 && sizeof(NavSnapshot::limited_by) == 64);
 static_assert(offsetof(NavSnapshot, has_track) == 720 && sizeof(NavSnapshot::has_track) == 1);
-static_assert(offsetof(NavSnapshot, track) == 728 && sizeof(NavSnapshot::track) == 104);
-static_assert(offsetof(NavSnapshot, spec) == 832 && sizeof(NavSnapshot::spec) == 64);
-static_assert(offsetof(NavSnapshot, scan_age_s) == 896 && sizeof(NavSnapshot::scan_age_s) == 8);
-static_assert(offsetof(NavSnapshot, odom_age_s) == 904 && sizeof(NavSnapshot::odom_age_s) == 8);
-static_assert(offsetof(NavSnapshot, camera_age_s) == 912 && sizeof(NavSnapshot::camera_age_s) == 8);
-static_assert(offsetof(NavSnapshot, rate_hz) == 920 && sizeof(NavSnapshot::rate_hz) == 8);
-static_assert(offsetof(NavSnapshot, jitter_p99_s) == 928 && sizeof(NavSnapshot::jitter_p99_s) == 8);
-static_assert(offsetof(NavSnapshot, overruns) == 936 && sizeof(NavSnapshot::overruns) == 8);
-static_assert(offsetof(NavSnapshot, mission) == 944 && sizeof(NavSnapshot::mission) == 64);
-static_assert(offsetof(NavSnapshot, paused) == 1008 && sizeof(NavSnapshot::paused) == 1);
-static_assert(offsetof(NavSnapshot, manual) == 1009 && sizeof(NavSnapshot::manual) == 1);
-static_assert(offsetof(NavSnapshot, settings_crc) == 1016 && sizeof(NavSnapshot::settings_crc) == 8);
-static_assert(offsetof(NavSnapshot, notice) == 1024 && sizeof(NavSnapshot::notice) == 160);
-static_assert(offsetof(NavSnapshot, notice_count) == 1184 && sizeof(NavSnapshot::notice_count) == 8);
+static_assert(offsetof(NavSnapshot, track) == 728 && sizeof(NavSnapshot::track) == 136);
+static_assert(offsetof(NavSnapshot, spec) == 864 && sizeof(NavSnapshot::spec) == 64);
+static_assert(offsetof(NavSnapshot, scan_age_s) == 928 && sizeof(NavSnapshot::scan_age_s) == 8);
+static_assert(offsetof(NavSnapshot, odom_age_s) == 936 && sizeof(NavSnapshot::odom_age_s) == 8);
+static_assert(offsetof(NavSnapshot, camera_age_s) == 944 && sizeof(NavSnapshot::camera_age_s) == 8);
+static_assert(offsetof(NavSnapshot, rate_hz) == 952 && sizeof(NavSnapshot::rate_hz) == 8);
+static_assert(offsetof(NavSnapshot, jitter_p99_s) == 960 && sizeof(NavSnapshot::jitter_p99_s) == 8);
+static_assert(offsetof(NavSnapshot, overruns) == 968 && sizeof(NavSnapshot::overruns) == 8);
+static_assert(offsetof(NavSnapshot, mission) == 976 && sizeof(NavSnapshot::mission) == 64);
+static_assert(offsetof(NavSnapshot, paused) == 1040 && sizeof(NavSnapshot::paused) == 1);
+static_assert(offsetof(NavSnapshot, manual) == 1041 && sizeof(NavSnapshot::manual) == 1);
+static_assert(offsetof(NavSnapshot, settings_crc) == 1048 && sizeof(NavSnapshot::settings_crc) == 8);
+static_assert(offsetof(NavSnapshot, notice) == 1056 && sizeof(NavSnapshot::notice) == 160);
+static_assert(offsetof(NavSnapshot, notice_count) == 1216 && sizeof(NavSnapshot::notice_count) == 8);
 
 struct LaserSnapshot {
   double stamp_s;
@@ -475,10 +507,10 @@ struct DetectionsChannel {
   using Payload = RawDetectionFrame;
   static constexpr const char* NAME = "detections";
   static constexpr const char* LAYOUT_NAME = "RawDetectionFrame";
-  static constexpr std::uint32_t LAYOUT_HASH = 0xf8c136b9u;
+  static constexpr std::uint32_t LAYOUT_HASH = 0x499c7220u;
   static constexpr std::uint32_t SLOT_COUNT = 4;
-  static constexpr std::uint32_t SLOT_BYTES = 5696;
-  static constexpr std::uint64_t FILE_BYTES = 22976;
+  static constexpr std::uint32_t SLOT_BYTES = 8768;
+  static constexpr std::uint64_t FILE_BYTES = 35264;
 };
 
 struct CalibrationChannel {
@@ -495,20 +527,20 @@ struct DetChannel {
   using Payload = DetectionFrame;
   static constexpr const char* NAME = "det";
   static constexpr const char* LAYOUT_NAME = "DetectionFrame";
-  static constexpr std::uint32_t LAYOUT_HASH = 0x9a139554u;
+  static constexpr std::uint32_t LAYOUT_HASH = 0xec81b45du;
   static constexpr std::uint32_t SLOT_COUNT = 4;
-  static constexpr std::uint32_t SLOT_BYTES = 8768;
-  static constexpr std::uint64_t FILE_BYTES = 35264;
+  static constexpr std::uint32_t SLOT_BYTES = 11328;
+  static constexpr std::uint64_t FILE_BYTES = 45504;
 };
 
 struct NavChannel {
   using Payload = NavSnapshot;
   static constexpr const char* NAME = "nav";
   static constexpr const char* LAYOUT_NAME = "NavSnapshot";
-  static constexpr std::uint32_t LAYOUT_HASH = 0x5fd1ef5bu;
+  static constexpr std::uint32_t LAYOUT_HASH = 0x77cb8418u;
   static constexpr std::uint32_t SLOT_COUNT = 4;
-  static constexpr std::uint32_t SLOT_BYTES = 1216;
-  static constexpr std::uint64_t FILE_BYTES = 5056;
+  static constexpr std::uint32_t SLOT_BYTES = 1280;
+  static constexpr std::uint64_t FILE_BYTES = 5312;
 };
 
 struct LaserChannel {

@@ -126,6 +126,8 @@ TEST_CASE("of more boxes than fit the first ones are kept") {
   std::memcpy(&frame, head->data(), head->size());
   CHECK(frame.detections_count == 64);
   CHECK(std::string(frame.detections[63].class_name) == "pin");
+  CHECK_FALSE(frame.detections[63].has_facing);
+  CHECK_FALSE(frame.detections[63].has_other_facing);
 }
 
 TEST_CASE("a second writer is refused while the first one lives, and welcome after") {

@@ -184,7 +184,7 @@ def _run(arguments: argparse.Namespace) -> int:
         config,
         source,
         _default_detector(arguments.detector, config),
-        lambda label: detector_for(label, lambda: cpu_model(config)),
+        lambda label: detector_for(label, lambda: cpu_model(config), config.camera),
     )
     try:
         with StopSignal() as stop:

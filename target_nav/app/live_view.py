@@ -136,6 +136,8 @@ def _numbers(nav: NavSnapshot | None) -> Table:
     table.add_row("limited by", nav.limited_by or "-")
     if track is not None:
         sure = "" if track.confirmed else " (not confirmed)"
+        if track.facing_in_odom_rad is not None:
+            sure += f", its face looks to {math.degrees(track.facing_in_odom_rad):+.0f}°"
         table.add_row(
             "target",
             f"{track.range_m:.2f} m  {math.degrees(track.bearing_rad):+.0f}°  ±{track.sigma_m:.2f} m{sure}",

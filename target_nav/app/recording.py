@@ -30,6 +30,7 @@ from target_nav.state.types import (
     CommandKind,
     Detection,
     DetectionFrame,
+    Facing,
     Inputs,
     Odometry,
     Pose2D,
@@ -229,13 +230,20 @@ class _InputsDecoder:
             self._scan = Scan(**{**fields, "ranges_m": ranges})
         if "detections" in data:
             frame = data["detections"]
-            detections = tuple(Detection(**d) for d in frame["detections"])
+            detections = tuple(_detection(d) for d in frame["detections"])
             self._detections = DetectionFrame(frame["stamp_s"], frame["frame_id"], detections)
         since = tuple(Odometry(v[0], Pose2D(*v[1:4]), Twist2D(*v[4:7])) for v in data.get("odometry", ()))
         if since:
             self._odometry = since[-1]
         commands = tuple(Command(s, CommandKind[k], a) for s, k, a in data.get("commands", ()))
         return Inputs(data["now_s"], self._scan, self._odometry, since, self._detections, commands)
+
+
+def _detection(fields: dict[str, Any]) -> Detection:
+    facings = {
+        name: Facing(**fields[name]) for name in ("facing", "other_facing") if fields.get(name) is not None
+    }
+    return Detection(**{**fields, **facings})
 
 
 def _finite(value: float) -> float | str | None:

@@ -92,7 +92,7 @@ def _draw_arena(axes: Axes, arena: Arena) -> None:
         )
     if arena.target is not None:
         where = (arena.target.x_m, arena.target.y_m)
-        axes.add_patch(Circle(where, arena.target.shape.radius_m, facecolor="#c1121f", zorder=5))
+        axes.add_patch(Circle(where, max(arena.target.shape.radius_m, 0.03), facecolor="#c1121f", zorder=5))
         axes.annotate(arena.target.class_name, where, (6, 6), textcoords="offset points", fontsize=8)
     if arena.goal is not None:
         axes.add_patch(

@@ -169,7 +169,8 @@ class _Eye:
             from target_nav.app.model_file import cpu_model
             from target_nav.detectors.named import detector_for
 
-            self._label, self._detector = label, detector_for(label, lambda: cpu_model(self._config))
+            self._label = label
+            self._detector = detector_for(label, lambda: cpu_model(self._config), self._config.camera)
 
     def detect(self, image_bgr: ImageBgr) -> tuple[RawDetection, ...]:
         return self._detector.detect(image_bgr) if self._detector is not None else ()

@@ -12,6 +12,8 @@ from typing import Any
 import cv2
 import numpy as np
 
+from target_nav.config import CameraConfig
+from target_nav.detectors.apriltag_pose import tag_facings
 from target_nav.detectors.detector import ImageBgr, check_picture
 from target_nav.errors import ConfigError, DeviceError
 from target_nav.state.types import FloatArray, RawDetection
@@ -77,13 +79,15 @@ class AprilTagFinder:
 class AprilTagDetector:
     """A `Detector` for one tag. Its box is as high as the tag's upright edges, as wide as its corners."""
 
-    def __init__(self, tag_id: int, label: str) -> None:
-        """Raises:
-        ConfigError: the family has no such tag.
+    def __init__(self, tag_id: int, label: str, camera: CameraConfig | None = None) -> None:
+        """Without `camera` it does not say where the tag's face looks.
+
+        Raises:
+            ConfigError: the family has no such tag.
         """
         if not 0 <= tag_id < FAMILY_SIZE:
             raise ConfigError(f"tag {tag_id} is not of the family 36h11, which has 0 ... {FAMILY_SIZE - 1}")
-        self._tag_id, self._label = tag_id, label
+        self._tag_id, self._label, self._camera = tag_id, label, camera
         self._finder = AprilTagFinder()
 
     @property
@@ -100,8 +104,11 @@ class AprilTagDetector:
         for tag in self._finder.find(image_bgr):
             if tag.tag_id == self._tag_id:
                 box = upright_box(tag.corners_px)
+                facings = tag_facings(tag.corners_px, self._camera) if self._camera is not None else ()
                 found.append(
-                    RawDetection(self._label, SCORE, box.u_px, box.v_px, box.width_px, box.height_px)
+                    RawDetection(
+                        self._label, SCORE, box.u_px, box.v_px, box.width_px, box.height_px, *facings
+                    )
                 )
         return tuple(sorted(found, key=lambda d: -d.height_px))
 

@@ -1,8 +1,8 @@
-"""How a tag stands: a square seen from afar has two poses that fit, and the robot's own heading tells which is true.
+"""How a tag stands: the one or two poses of a square that fit its corners.
 
 Both solutions of the planar pose problem (Collins and Bartoli, *Infinitesimal plane-based pose estimation*, IJCV 109,
-2014) reproject almost equally well beyond a few metres. A tag that hangs on a wall keeps its direction in odom while
-the robot turns and drives; of the two, only the true one does so.
+2014) reproject almost equally well beyond a few metres. Both go to the nav process, which knows how the robot was
+turned and so tells them apart (`target_nav.nav.facing`).
 """
 
 from __future__ import annotations
@@ -14,14 +14,8 @@ import cv2
 import numpy as np
 
 from target_nav.config import CameraConfig
-from target_nav.detectors.apriltag import TagCorners
-from target_nav.state.types import FloatArray
-from target_nav.utils.frames import wrap_angle
+from target_nav.state.types import Facing, FloatArray
 
-FORGET = 0.98
-"""A frame: what was seen fifty frames ago counts for a third."""
-MIN_ERROR_PX = 0.1
-KEEP_MAX = 60
 ROLL_RAD = 0.1
 _ROLL = np.array(
     [
@@ -47,12 +41,14 @@ class TagPose:
     error_px: float
 
 
-def tag_poses(tag: TagCorners, side_m: float, camera: CameraConfig) -> tuple[TagPose, ...]:
-    """The one or two poses that fit the corners, the better fitting first."""
+def tag_poses(corners_px: FloatArray, side_m: float, camera: CameraConfig) -> tuple[TagPose, ...]:
+    """The one or two poses that fit the corners, shape (4, 2) as `TagCorners` has them, the better fitting first."""
     h = 0.5 * side_m
     points = np.array([(-h, h, 0.0), (h, h, 0.0), (h, -h, 0.0), (-h, -h, 0.0)])
-    middle = np.array([0.5 * camera.width_px, 0.5 * camera.height_px])
-    turned = (tag.corners_px - middle) @ _ROLL[:2, :2].T
+    middle = np.array([camera.center_u_px, camera.center_v_px])
+    # Upright pixels in units of sideways ones, so that the roll is a rotation.
+    square_px = (corners_px - middle) * np.array([1.0, 1.0 / camera.pixel_aspect])
+    turned = square_px @ _ROLL[:2, :2].T
     matrix = np.diag([camera.focal_px, camera.focal_px, 1.0])
     result = cv2.solvePnPGeneric(
         points, turned.reshape(4, 1, 2), matrix, np.zeros(4), flags=cv2.SOLVEPNP_IPPE_SQUARE
@@ -69,35 +65,6 @@ def tag_poses(tag: TagCorners, side_m: float, camera: CameraConfig) -> tuple[Tag
     return tuple(sorted(found, key=lambda pose: pose.error_px))
 
 
-class TagFacing:
-    """Where one tag's face looks in odom, from all frames so far. `add` once a frame."""
-
-    def __init__(self, sigma_rad: float = 0.12) -> None:
-        self._sigma_rad = sigma_rad
-        self._seen: list[tuple[float, float]] = []
-
-    def add(self, poses: tuple[TagPose, ...], camera_yaw_in_odom_rad: float) -> TagPose | None:
-        """The solution that agrees best with what was seen before; None if there is none."""
-        if not poses:
-            return None
-        yaws = [wrap_angle(pose.facing_rad + camera_yaw_in_odom_rad) for pose in poses]
-        weights = [1.0 / max(pose.error_px, MIN_ERROR_PX) for pose in poses]
-        total = sum(weights)
-        self._seen = [(yaw, weight * FORGET) for yaw, weight in self._seen[-KEEP_MAX:]]
-        self._seen += [(yaw, weight / total) for yaw, weight in zip(yaws, weights)]
-        return poses[max(range(len(poses)), key=lambda i: self._support(yaws[i]))]
-
-    @property
-    def facing_rad(self) -> float | None:
-        """In odom: the direction with the most support, or None before the first frame."""
-        if not self._seen:
-            return None
-        best = max((yaw for yaw, _ in self._seen), key=self._support)
-        near = [(yaw, w) for yaw, w in self._seen if abs(wrap_angle(yaw - best)) < 2.0 * self._sigma_rad]
-        turn = np.array([w * np.array([math.cos(yaw), math.sin(yaw)]) for yaw, w in near]).sum(axis=0)
-        return math.atan2(float(turn[1]), float(turn[0]))
-
-    def _support(self, yaw_rad: float) -> float:
-        off: FloatArray = np.array([wrap_angle(yaw_rad - yaw) for yaw, _ in self._seen])
-        weights = np.array([weight for _, weight in self._seen])
-        return float((weights * np.exp(-0.5 * (off / self._sigma_rad) ** 2)).sum())
+def tag_facings(corners_px: FloatArray, camera: CameraConfig) -> tuple[Facing, ...]:
+    """Where its face looks by the one or two poses that fit, the better fitting first; its size does not matter."""
+    return tuple(Facing(pose.facing_rad, pose.error_px) for pose in tag_poses(corners_px, 1.0, camera)[:2])

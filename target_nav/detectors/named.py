@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from target_nav.config import CameraConfig
 from target_nav.detectors.apriltag import AprilTagDetector
 from target_nav.detectors.colour import ColourDetector, TwoBoxDetector
 from target_nav.detectors.detector import Detector
@@ -15,10 +16,10 @@ from target_nav.state.target_label import TargetDetector, split_label
 from target_nav.utils import bowling_pin
 
 
-def detector_for(label: str, model: Callable[[], Path]) -> Detector:
+def detector_for(label: str, model: Callable[[], Path], camera: CameraConfig) -> Detector:
     """Every box it finds carries `label`, so that the camera process knows whose it is.
 
-    `model` finds the network's file.
+    `model` finds the network's file; `camera` took the pictures, its lens straightened.
 
     Raises:
         ConfigError: there is no such detector, or it does not know what to look for.
@@ -39,4 +40,4 @@ def detector_for(label: str, model: Callable[[], Path]) -> Detector:
         return TwoBoxDetector(what, label)
     if not what.isdecimal():
         raise ConfigError(f"an AprilTag is named by its number, not {what!r}")
-    return AprilTagDetector(int(what), label)
+    return AprilTagDetector(int(what), label, camera)

@@ -172,6 +172,8 @@ class DetectionPipeline:
             bearing_sigma_rad,
             clipping.any,
             track.confirmed,
+            raw.facing,
+            raw.other_facing,
         )
 
     def _measure_clipped(

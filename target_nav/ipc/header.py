@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from target_nav.ipc.cstruct import CStruct, Member, declare, round_up
 
 MAGIC = b"TNAVSHM1"
-LAYOUT_VERSION = 1
+LAYOUT_VERSION = 2
 """Counted up with every change of the protocol or of a layout; the fingerprint catches a change nobody counted."""
 
 LINE_BYTES = 64

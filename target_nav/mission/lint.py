@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from behaviours.approach import ApproachFrom
 from target_nav.mission.check import Analysis
 from target_nav.mission.expand import Instance
 from target_nav.mission.lint_results import check_reachability
 from target_nav.mission.problems import Problem, Report, TooManyProblems
 from target_nav.mission.wiring import traffic_of
 from target_nav.state import keys
+from target_nav.state.target_label import TargetDetector
 from target_nav.state.types import NavState
 
 SEARCHING = (NavState.SEARCHING, NavState.SPIRAL_SEARCH)
@@ -23,6 +25,7 @@ def lint(analysis: Analysis, tick_s: float) -> list[Problem]:
             _keys_are_read(analysis.root, report)
             _searches_end(analysis.root, False, report)
             _timeouts_are_ticks(analysis.root, tick_s, report)
+            _faces_are_known(analysis.root, report)
         except TooManyProblems:
             pass
     return report.problems()
@@ -66,4 +69,25 @@ def _timeouts_are_ticks(root: Instance, tick_s: float, report: Report) -> None:
             report.warning(
                 where.position if where is not None else instance.definition.position,
                 f"Timeout: msec is {msec}; a tick takes {1000.0 * tick_s:g} ms, so its child gets one tick only",
+            )
+
+
+def _faces_are_known(root: Instance, report: Report) -> None:
+    """`from="face"` says something only of a target whose detector knows where its face looks."""
+    nodes = list(root.walk())
+    targets = [node for node in nodes if node.definition.id == "SetTarget"]
+    if any(node.definition.attribute("detector") and "detector" not in node.literals for node in targets):
+        return  # an entry says which
+    names = {TargetDetector(node.literals.get("detector", TargetDetector.network)).value for node in targets}
+    if not names or TargetDetector.apriltag.value in names:
+        return
+    for node in nodes:
+        where = node.definition.attribute("from")
+        asked = node.definition.id == "NavigateToTarget" and node.literals.get("from") == ApproachFrom.face
+        if where is not None and asked:
+            report.warning(
+                where.position,
+                f'NavigateToTarget: from="face", but the target of this mission ({", ".join(sorted(names))}) has none '
+                f'that is known, so it goes the short way; set detector="{TargetDetector.apriltag.value}", or leave '
+                "it out",
             )

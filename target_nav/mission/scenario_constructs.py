@@ -46,7 +46,20 @@ class AgeScript:
         return self.age_s if self.since_s is None else self.age_s + now_s - self.since_s
 
 
-TRACK_WORDS = ("x_m", "y_m", "range_m", "bearing_rad", "seen", "ranged", "confirmed", "hits", "sigma_m")
+TRACK_WORDS = (
+    "x_m",
+    "y_m",
+    "range_m",
+    "bearing_rad",
+    "seen",
+    "ranged",
+    "confirmed",
+    "hits",
+    "sigma_m",
+    "facing_rad",
+)
+
+FACING_SIGMA_RAD = 0.03
 
 
 @dataclass(frozen=True)
@@ -62,6 +75,8 @@ class TrackScript:
     confirmed: bool = True
     hits: int = 10
     sigma_m: float = 0.01
+    facing_rad: float | None = None
+    """In odom; None: the target has no face, or nobody knows where it looks."""
 
     @staticmethod
     def changed(before: TrackScript | None, data: Any, now_s: float, pose: Pose2D) -> TrackScript | None:
@@ -97,6 +112,7 @@ class TrackScript:
             confirmed=value_of(data.get("confirmed", before.confirmed), bool, "track: confirmed"),
             hits=value_of(data.get("hits", before.hits), int, "track: hits"),
             sigma_m=number(data, "sigma_m", what, before.sigma_m),
+            facing_rad=number(data, "facing_rad", what) if "facing_rad" in data else before.facing_rad,
         )
 
     def at(self, now_s: float, pose: Pose2D) -> Track:
@@ -112,6 +128,8 @@ class TrackScript:
             last_ranged_s=now_s if self.ranged_s is None else self.ranged_s,
             range_m=math.hypot(x, y),
             bearing_rad=wrap_angle(math.atan2(y, x)),
+            facing_in_odom_rad=self.facing_rad,
+            facing_sigma_rad=None if self.facing_rad is None else FACING_SIGMA_RAD,
         )
 
 

@@ -38,11 +38,15 @@ class ConfirmArrival(GuardedSkill):
         confirm_s: float,
         target_radius_m: float,
         timeout_s: float,
+        target_width_m: float | None = None,
     ) -> None:
-        """Succeeds when `arrival.min_signals` (two at least) agree for `confirm_s`; fails after `timeout_s`."""
+        """Succeeds when `arrival.min_signals` (two at least) agree for `confirm_s`; fails after `timeout_s`.
+
+        `target_width_m` is what the camera sees of it; default: twice the radius.
+        """
         self._config = config
         self._confirm_s, self._timeout_s = confirm_s, timeout_s
-        self._radius_m = target_radius_m
+        self._width_m = 2.0 * target_radius_m if target_width_m is None else target_width_m
         self._distance_m = config.robot.front_m + stand_off_m + target_radius_m
         self._needed = max(config.arrival.min_signals, 2)
         self._signals: dict[str, Callable[[View, float], bool]] = {
@@ -98,7 +102,7 @@ class ConfirmArrival(GuardedSkill):
         away_m = max(self._distance_m - camera.x_m, 0.05)
         if not abs(box.bearing_rad + camera.yaw_rad) <= factor * self._config.arrival.bearing_tolerance_rad:
             return False
-        width_px = min(camera.focal_px * 2.0 * self._radius_m / away_m, float(camera.width_px))
+        width_px = min(camera.focal_px * self._width_m / away_m, float(camera.width_px))
         share = _BOX_SHARE / factor
         fills = box.clipped and box.height_px >= share * camera.height_px
         return fills or share * width_px <= box.width_px <= width_px / share

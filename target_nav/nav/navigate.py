@@ -8,11 +8,20 @@ then does not count against a side.
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
 from target_nav.config import Config
 from target_nav.nav.drive import Drive, Driver
+from target_nav.nav.face_on import (
+    AT_SPOT_M,
+    SQUARE_RAD,
+    SQUARE_THERE_RAD,
+    face_spots,
+    off_square_rad,
+    straight_onto,
+)
 from target_nav.nav.footprint import Footprint
 from target_nav.nav.guarded import GuardedSkill
 from target_nav.nav.last_seen import LastSeen
@@ -44,9 +53,16 @@ _KEEP_OFF = 0.05 * np.column_stack(
 
 class NavigateToTarget(GuardedSkill):
     def __init__(
-        self, config: Config, *, cruise_speed_mps: float, until_range_m: float, lost_after_s: float
+        self,
+        config: Config,
+        *,
+        cruise_speed_mps: float,
+        until_range_m: float,
+        lost_after_s: float,
+        from_face: bool = False,
     ) -> None:
-        """Succeeds within `until_range_m` (base_link to the target's centre), facing it, with a free way ahead.
+        """Succeeds within `until_range_m` (base_link to the target's centre), facing it, with a free way ahead; with
+        `from_face` squarely before the target's face besides, once the track says where that looks.
 
         Fails when the target was not seen for `lost_after_s` though it should have been, or when nothing comes of
         the driving.
@@ -55,6 +71,7 @@ class NavigateToTarget(GuardedSkill):
         self._body = Footprint.of(config.robot)
         self._speed_mps = cruise_speed_mps
         self._until_m = until_range_m
+        self._from_face = from_face
         self._stand_off_m = config.approach.stand_off_m
         self._driver = Driver(config)
         self._last_seen = LastSeen(config, lost_after_s)
@@ -77,6 +94,8 @@ class NavigateToTarget(GuardedSkill):
         self._in_range_since_s: float | None = None
         # Points round the target that may be its own. Not seeing it for a while does not make a box beside it its own.
         self._unsure_m = _MOST_UNSURE_M
+        self._facing_rad: float | None = None
+        self._is_on_spot = False
 
     def _step(self, view: View) -> SkillStep:
         lost = self._last_seen.lost(view)
@@ -90,18 +109,43 @@ class NavigateToTarget(GuardedSkill):
         range_m, bearing_rad = math.hypot(*target), math.atan2(target[1], target[0])
         self._settle_for_less(view, range_m)
         self._unsure_m = min(self._unsure_m, _OWN_RADIUS_M + 2.0 * track.sigma_m)
-        if range_m <= self._until_m and abs(bearing_rad) < _FACING_RAD and self._is_clear(view, target):
-            return SkillStep(SkillStatus.SUCCESS, STOP, f"target {range_m:.2f} m ahead")
+        if self._from_face and track.facing_in_odom_rad is not None:
+            self._facing_rad = track.facing_in_odom_rad
+        off_rad = self._off_square(view, track)
+        in_place = range_m <= self._until_m and abs(bearing_rad) < _FACING_RAD
+        if in_place and off_rad <= self._square_rad and self._is_clear(view, target):
+            return SkillStep(
+                SkillStatus.SUCCESS, STOP, f"target {range_m:.2f} m ahead{self._of_face(off_rad)}"
+            )
         back = self._recovery.step(view)
         if back is not None:
             self._progress.restart()
             return SkillStep(SkillStatus.RUNNING, back, "backing off")
         drive = self._drive(view, track, target, bearing_rad)
+        self._is_on_spot = drive.at_goal
         stalled = self._progress.stalled(view.now_s, view.pose_in_odom, drive.cost_to_go_m)
         if stalled:
             return self._recover(view, drive, stalled, range_m)
-        words = f"target {range_m:.2f} m off" + (f", {drive.reason}" if drive.reason else "")
+        words = f"target {range_m:.2f} m off{self._of_face(off_rad)}"
+        words += f", {drive.reason}" if drive.reason else ""
         return SkillStep(SkillStatus.RUNNING, drive.twist, words)
+
+    def _off_square(self, view: View, track: Track) -> float:
+        """How far from straight before the face; 0 where that does not matter or is not known."""
+        if self._facing_rad is None:
+            return 0.0
+        return abs(off_square_rad(view.pose_in_odom, (track.x_m, track.y_m), self._facing_rad))
+
+    @property
+    def _square_rad(self) -> float:
+        return SQUARE_THERE_RAD if self._is_on_spot else SQUARE_RAD
+
+    def _of_face(self, off_rad: float) -> str:
+        if not self._from_face:
+            return ""
+        if self._facing_rad is None:
+            return ", where its face looks is not known"
+        return f", {math.degrees(off_rad):.0f} deg from straight before its face"
 
     def _is_clear(self, view: View, target_m: tuple[float, float]) -> bool:
         # A little less room than its spot was chosen with, for it never stands on the spot exactly.
@@ -129,6 +173,7 @@ class NavigateToTarget(GuardedSkill):
             face_rad=bearing_rad,
             straight_to_m=self._straight(view, track, target_m),
             extra_points_m=np.vstack([_KEEP_OFF + np.array(target_m), self._recovery.shunned(view)]),
+            **({} if self._facing_rad is None else {"at_goal_m": AT_SPOT_M}),
         )
 
     def _straight(
@@ -138,7 +183,17 @@ class NavigateToTarget(GuardedSkill):
         range_m = math.hypot(*target_m)
         left_m = range_m - self._until_m + _INSIDE_M
         was_straight, self._is_straight = self._is_straight, False
-        if left_m < _INSIDE_M or len(self._recovery.shunned(view)):
+        if len(self._recovery.shunned(view)):
+            return None
+        if self._facing_rad is not None and self._off_square(view, track) > SQUARE_RAD:
+            spot_m = (
+                track.x_m + (self._until_m - _INSIDE_M) * math.cos(self._facing_rad),
+                track.y_m + (self._until_m - _INSIDE_M) * math.sin(self._facing_rad),
+            )
+            return straight_onto(
+                view.pose_in_odom, spot_m, view.obstacles_in_base_m, self._body, self._least_margin_m
+            )
+        if left_m < _INSIDE_M:
             return None
         self._is_straight = straight_way_clear(
             target_m,
@@ -156,36 +211,38 @@ class NavigateToTarget(GuardedSkill):
         points = without_own(known_in_odom_m, target_m, self._unsure_m)
         farthest_m = self._until_m - _INSIDE_M
         for margin_m in dict.fromkeys((self._margin_m, self._least_margin_m)):
-            spots = approach_spots(
-                target_m,
-                points,
-                self._body,
-                stand_off_m=self._stand_off_m,
-                farthest_m=farthest_m,
-                margin_m=margin_m,
-            )
+            spots = self._free_spots(target_m, points, farthest_m, margin_m)
             if len(spots):
                 self._margin_m = margin_m
                 return spots
         # No side looks free from here. Going nearer shows more; success still asks for a free way. This side first:
         # the estimate may lie in a wall, and behind that there is no floor at all.
-        spots = approach_spots(
-            target_m,
-            points[:0],
-            self._body,
-            stand_off_m=self._stand_off_m,
-            farthest_m=farthest_m,
-            margin_m=0.0,
-        )
+        spots = self._free_spots(target_m, points[:0], farthest_m, 0.0)
         out = spots[:, :2] - np.array(target_m)
         back = np.array([view.pose_in_odom.x_m - track.x_m, view.pose_in_odom.y_m - track.y_m])
         facing = out @ back / np.maximum(np.hypot(*out.T) * math.hypot(*back), 1e-9)
         spots[:, 2] += _FAR_SIDE_M * 0.5 * (1.0 - facing)
         return spots
 
+    def _free_spots(
+        self, target_m: tuple[float, float], points_m: FloatArray, farthest_m: float, margin_m: float
+    ) -> FloatArray:
+        spots_of = (
+            approach_spots if self._facing_rad is None else partial(face_spots, facing_rad=self._facing_rad)
+        )
+        return spots_of(
+            target_m,
+            points_m,
+            self._body,
+            stand_off_m=self._stand_off_m,
+            farthest_m=farthest_m,
+            margin_m=margin_m,
+        )
+
     def _recover(self, view: View, drive: Drive, stalled: str, range_m: float) -> SkillStep:
         if self._recovery.is_used_up:
-            why = "no way to the target" if math.isinf(drive.cost_to_go_m) else stalled
+            place = "the target" if self._facing_rad is None else "the place before the target's face"
+            why = f"no way to {place}" if math.isinf(drive.cost_to_go_m) else stalled
             words = (
                 f"stuck {range_m:.2f} m from the target: {why}, {self._recovery.used} recoveries did not help"
             )

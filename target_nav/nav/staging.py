@@ -29,16 +29,17 @@ def approach_spots(
     stand_off_m: float,
     farthest_m: float,
     margin_m: float,
+    sides_rad: FloatArray | None = None,
 ) -> FloatArray:
     """Spots with a free straight way to the target, shape (M, 3): x, y, extra cost 0. All in one frame.
 
     `farthest_m` is base_link to the target's centre at most, `margin_m` is kept free beside the body all the way in.
-    Empty if no side is free.
+    `sides_rad`, shape (S,), are directions from the target to look in; default: all round. Empty if no side is free.
     """
     nearest_m = min(body.front_m + stand_off_m + _TARGET_RADIUS_M + _ROOM_TO_APPROACH_M, farthest_m)
-    angles = np.arange(_SIDES) * (2.0 * math.pi / _SIDES)
+    angles = np.arange(_SIDES) * (2.0 * math.pi / _SIDES) if sides_rad is None else sides_rad
     outward_x, outward_y = np.cos(angles), np.sin(angles)
-    longest = np.full(_SIDES, farthest_m)
+    longest = np.full(len(angles), farthest_m)
     if len(points_m):
         dx, dy = points_m[:, 0] - target_m[0], points_m[:, 1] - target_m[1]
         near = np.hypot(dx, dy) < farthest_m + body.circumscribed_radius_m + margin_m

@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 
 from target_nav.config import Config
+from target_nav.nav.facing import looks_of
 from target_nav.nav.lidar_clusters import PolarView, polar_view, target_fixes
 from target_nav.nav.poses import PoseHistory
 from target_nav.nav.scan_points import ScanPlacer
@@ -179,6 +180,7 @@ class TargetTracker:
             bearing_sigma_rad=bearing_sigma_rad,
             bearing_only=detection.clipped,
             confirmed=detection.confirmed,
+            looks=looks_of(detection, camera.focal_px),
         )
 
     def _is_expected(
@@ -229,6 +231,7 @@ class TargetTracker:
         grown = candidate.growth(robot, self._travel)
         xx, xy, yy = xx + grown[0], xy + grown[1], yy + grown[2]
         dx, dy = candidate.filter.x_m - robot.x_m, candidate.filter.y_m - robot.y_m
+        face = candidate.face.estimate
         return Track(
             stamp_s=now_s,
             x_m=candidate.filter.x_m,
@@ -240,4 +243,6 @@ class TargetTracker:
             last_ranged_s=candidate.last_ranged_s,
             range_m=math.hypot(dx, dy),
             bearing_rad=wrap_angle(math.atan2(dy, dx) - robot.yaw_rad),
+            facing_in_odom_rad=face.facing_in_odom_rad if face is not None else None,
+            facing_sigma_rad=face.sigma_rad if face is not None else None,
         )

@@ -8,8 +8,9 @@ chair leg, and what it said is forgotten.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from target_nav.nav.facing import FacingBelief
 from target_nav.nav.lidar_clusters import TargetFix
 from target_nav.nav.tracker_filter import CameraExpectation, CameraMeasurement, TargetFilter
 from target_nav.state.types import Pose2D
@@ -57,6 +58,8 @@ class Candidate:
     """Scans in a row in which the camera alone preferred another cluster."""
     fused: TargetFilter | None = None
     """What camera and LiDAR say together, since the first cluster that was taken."""
+    face: FacingBelief = field(default_factory=lambda: FacingBelief())
+    """Where its face looks, if it has one."""
 
     @property
     def filter(self) -> TargetFilter:
@@ -97,6 +100,7 @@ class Candidate:
     ) -> None:
         """Take a detection that `expected`, which the camera's filter made, lets through."""
         self.camera.update_camera(expected, measurement)
+        self.face.add(measurement.looks, camera_in_odom.yaw_rad)
         if self.fused is None:
             return
         fused = self.fused.expect(camera_in_odom)

@@ -20,6 +20,7 @@ import numpy as np
 from filterpy.kalman import KalmanFilter
 
 from target_nav.config import TrackConfig
+from target_nav.nav.facing import FaceLook
 from target_nav.state.types import FloatArray, Pose2D
 from target_nav.utils.frames import wrap_angle
 
@@ -42,6 +43,8 @@ class CameraMeasurement:
     bearing_sigma_rad: float
     bearing_only: bool
     confirmed: bool = True
+    looks: tuple[FaceLook, ...] = ()
+    """Where its face may look, if the target is flat."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,8 +40,9 @@ __all__ = [
 ]
 
 ARENA_FOLDER = Path(__file__).with_name("arenas")
-GROUPS = ("complaints", "goals")
-"""Arenas that are known by name too: one for each complaint of users, and those with a goal instead of a target."""
+GROUPS = ("complaints", "goals", "tags")
+"""Arenas that are known by name too: one for each complaint of users, those with a goal instead of a target, and those
+with an AprilTag."""
 
 DEFAULT_CONFIG = Config()
 

@@ -27,6 +27,9 @@ from target_nav.utils.frames import to_child
 MIN_SIZE_M = 0.5
 """Smaller bounds than this hold no robot that could go anywhere."""
 
+HANGS_M = 0.01
+"""A tag is so near to what it hangs on."""
+
 Problem = tuple[str, str]
 """Where (`robot`, `obstacles[2]`) and what."""
 
@@ -83,12 +86,21 @@ def _robot_problems(arena: Arena) -> Iterator[Problem]:
 def _object_problems(arena: Arena, place: str, thing: PlacedObject) -> Iterator[Problem]:
     where = f"{place} ({thing.class_name}) at ({thing.x_m:g}, {thing.y_m:g})"
     yield from _place_problems(arena, place, where, thing.x_m, thing.y_m, thing.shape.radius_m)
+    if thing.is_tag and not _hangs(arena, thing):
+        yield place, f"{where} hangs on nothing; put it within {HANGS_M:g} m of a wall, a box or the bounds"
     for name, other in _named_objects(arena):
         if other is thing:
             break
         gap_m = math.hypot(other.x_m - thing.x_m, other.y_m - thing.y_m)
         if gap_m < other.shape.radius_m + thing.shape.radius_m:
             yield place, f"{where} stands in {name}; move one of them"
+
+
+def _hangs(arena: Arena, tag: PlacedObject) -> bool:
+    x0, y0, x1, y1 = arena.bounds
+    gaps = [tag.x_m - x0, x1 - tag.x_m, tag.y_m - y0, y1 - tag.y_m]
+    gaps += [point_clearance(tag.x_m, tag.y_m, obstacle) for obstacle in arena.obstacles]
+    return min(gaps) <= HANGS_M
 
 
 def _place_problems(

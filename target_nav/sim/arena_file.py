@@ -26,7 +26,7 @@ from target_nav.sim.arena_types import (
     WallObstacle,
     config_for_goal,
 )
-from target_nav.sim.objects import OBJECTS, unknown_class
+from target_nav.sim.objects import is_class, is_tag, unknown_class
 from target_nav.state.types import Pose2D
 from target_nav.utils.yaml_nodes import NodeReader, describe, scalar
 
@@ -156,15 +156,30 @@ class _ArenaReader:
 
     def _object(self, place: str, node: yaml.Node, what: str) -> PlacedObject | None:
         self._places[place] = node
-        keys = self._file.mapping(node, what, required=("class", "x", "y"))
+        keys = self._file.mapping(node, what, required=("class", "x", "y"), optional=("yaw",))
         position = self._position(keys, what)
         if keys is None or "class" not in keys:
             return None
         name = self._file.text(keys["class"], f"{what}'s class")
-        if name is not None and name not in OBJECTS:
+        if name is not None and not is_class(name):
             self._file.complain(keys["class"], f"{what}: {unknown_class(name)}")
             return None
-        return PlacedObject(name, *position) if position is not None and name is not None else None
+        if name is None or position is None:
+            return None
+        yaw = self._yaw(keys, name, what)
+        return PlacedObject(name, *position, yaw) if yaw is not None else None
+
+    def _yaw(self, keys: dict[str, yaml.Node], name: str, what: str) -> float | None:
+        """Where a tag's face looks, which it must say and nothing else can."""
+        if "yaw" not in keys:
+            if is_tag(name):
+                self._file.complain(keys["class"], f"{what}: a tag needs a yaw, where its face looks")
+                return None
+            return 0.0
+        if not is_tag(name):
+            self._file.complain(keys["yaw"], f"{what}: only a tag has a yaw; {name} is round")
+            return None
+        return self._file.number(keys["yaw"], f"{what}'s yaw", "rad", -2.0 * math.pi, 2.0 * math.pi)
 
     def _position(self, keys: dict[str, yaml.Node] | None, what: str) -> tuple[float, float] | None:
         if keys is None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from target_nav.config import Config
-from target_nav.sim.objects import OBJECTS, ObjectShape
+from target_nav.sim.objects import ObjectShape, is_tag, shape_of
 from target_nav.state.types import Pose2D
 from target_nav.utils.frames import to_child
 
@@ -64,10 +64,16 @@ class PlacedObject:
     class_name: str
     x_m: float
     y_m: float
+    yaw_rad: float = 0.0
+    """Of a tag, where its face looks; everything else is round."""
 
     @property
     def shape(self) -> ObjectShape:
-        return OBJECTS[self.class_name]
+        return shape_of(self.class_name)
+
+    @property
+    def is_tag(self) -> bool:
+        return is_tag(self.class_name)
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,8 @@ def write_arena(arena: Arena, folder: Path, config: Config) -> Path:
 
 
 def _thing(thing: PlacedObject) -> dict[str, Any]:
-    return {"class": thing.class_name, "x": thing.x_m, "y": thing.y_m}
+    data: dict[str, Any] = {"class": thing.class_name, "x": thing.x_m, "y": thing.y_m}
+    return {**data, "yaw": thing.yaw_rad} if thing.is_tag else data
 
 
 def _obstacle(obstacle: Obstacle) -> dict[str, list[float]]:

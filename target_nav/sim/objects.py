@@ -37,9 +37,41 @@ OBJECTS: dict[str, ObjectShape] = {
 OBSTACLE_HEIGHT_M = 0.5
 """Boxes, circles and walls: higher than the LiDAR, the camera and every pin, so they hide what is behind them."""
 
+TAG_PREFIX = "apriltag:"
+"""A tag's class is the label that its detector gives it: `apriltag:7`."""
+TAG_FAMILY_SIZE = 587
+TAG_SIDE_M, TAG_MIDDLE_M = 0.16, 0.16
+"""Outer edge of the black square, and how high its middle hangs."""
+TAG_CELLS, TAG_MARGIN_CELLS = 8, 1
+"""36h11 with its black border is eight cells wide; one white cell is left round it."""
+_TAG_SHAPE = ObjectShape(0.0, TAG_SIDE_M, (255, 255, 255))
+"""Flat: neither the LiDAR nor the footprint meets it, but the wall it hangs on."""
+
+
+def tag_number(class_name: str) -> int:
+    """The number of a tag's class; -1: not a tag."""
+    what = class_name.removeprefix(TAG_PREFIX)
+    is_tag = class_name.startswith(TAG_PREFIX) and what.isascii() and what.isdecimal()
+    return int(what) if is_tag and int(what) < TAG_FAMILY_SIZE else -1
+
+
+def is_tag(class_name: str) -> bool:
+    return tag_number(class_name) >= 0
+
+
+def is_class(name: str) -> bool:
+    return name in OBJECTS or is_tag(name)
+
+
+def shape_of(class_name: str) -> ObjectShape:
+    """Raises KeyError for a class that there is not."""
+    return _TAG_SHAPE if is_tag(class_name) else OBJECTS[class_name]
+
 
 def unknown_class(name: str) -> str:
     """What to tell somebody who wrote a class that there is not."""
+    if name.startswith(TAG_PREFIX):
+        return f"{name!r} is not a tag of the family 36h11; {TAG_PREFIX}0 ... {TAG_PREFIX}{TAG_FAMILY_SIZE - 1} are"
     near = difflib.get_close_matches(name, OBJECTS, n=1)
     hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(sorted(OBJECTS))}"
     return f"there is no class {name!r}; {hint}"

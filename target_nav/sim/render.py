@@ -21,6 +21,7 @@ from target_nav.sim.render_floor import Floor
 from target_nav.sim.render_look import Bgr, Look
 from target_nav.sim.render_revolved import Revolved, body_of, paint_revolved, paint_shadow
 from target_nav.sim.render_surfaces import Cylinder, Facet, FacetSet, paint_cylinder
+from target_nav.sim.render_tag import TagPlate
 from target_nav.sim.render_truth import TrueBox, true_box
 from target_nav.state.types import Pose2D
 from target_nav.utils.frames import compose
@@ -77,7 +78,8 @@ class Renderer:
             for i, o in enumerate(arena.obstacles)
             if isinstance(o, CircleObstacle)
         ]
-        self._things = [(thing, _body(i, thing)) for i, thing in enumerate(arena.objects)]
+        self._things = [(thing, _body(i, thing)) for i, thing in enumerate(arena.objects) if not thing.is_tag]
+        self._tags = [TagPlate(thing, camera) for thing in arena.objects if thing.is_tag]
         shape = (camera.height_px + NOISE_MARGIN_PX, camera.width_px + NOISE_MARGIN_PX, 3)
         noise = np.random.default_rng(0).normal(0.0, look.noise_sigma * camera.noise_scale, shape)
         self._noise = np.rint(noise).astype(np.int16)
@@ -114,6 +116,8 @@ class Renderer:
             facets.paint(view, canvas)
         for cylinder in self._cylinders:
             paint_cylinder(cylinder, view, canvas)
+        for tag in self._tags:
+            tag.paint(view, canvas)
         for thing, body in sorted(self._things, key=lambda pair: -_distance(view, pair[0])):
             paint_revolved(body, thing.x_m, thing.y_m, view, canvas)
 

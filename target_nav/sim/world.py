@@ -140,9 +140,10 @@ class World:
         self._reach = body.circumscribed_radius_m
         self.segments = _segments(arena)
         circles = [(o.x_m, o.y_m, o.radius_m) for o in arena.obstacles if isinstance(o, CircleObstacle)]
-        things = [(o.x_m, o.y_m, o.shape.radius_m) for o in arena.objects]
-        self._heights = [math.inf] * len(circles) + [o.shape.height_m for o in arena.objects]
-        self._pins = [False] * len(circles) + [o.class_name == CLASS_NAME for o in arena.objects]
+        solid = [o for o in arena.objects if not o.is_tag]
+        things = [(o.x_m, o.y_m, o.shape.radius_m) for o in solid]
+        self._heights = [math.inf] * len(circles) + [o.shape.height_m for o in solid]
+        self._pins = [False] * len(circles) + [o.class_name == CLASS_NAME for o in solid]
         self.circles = np.array(circles + things, dtype=np.float64).reshape(-1, 3)
         self._segment_list = [tuple(row) for row in self.segments.tolist()]
         self._circle_list = [tuple(row) for row in self.circles.tolist()]

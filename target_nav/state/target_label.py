@@ -53,6 +53,11 @@ def split_label(label: str) -> tuple[TargetDetector, str]:
     return TargetDetector[name], what
 
 
+def is_flat(label: str) -> bool:
+    """Whether the target's surface is where its middle is, and has a face that looks somewhere."""
+    return label.startswith(f"{TargetDetector.apriltag.value}:")
+
+
 def is_scaled_by_width(label: str) -> bool:
     """Whether the range comes from the width of the box, not from its height."""
     return label.startswith(f"{TargetDetector.two_boxes.value}:")

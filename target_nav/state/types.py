@@ -83,6 +83,18 @@ class TargetSpec:
 
 
 @dataclass(frozen=True)
+class Facing:
+    """One pose of a flat target that fits its picture.
+
+    `facing_rad` is the direction of its outward normal on the ground, in the camera's frame (pi: straight at the
+    camera); `error_px` is the root mean square by which its corners miss where they were seen.
+    """
+
+    facing_rad: float
+    error_px: float
+
+
+@dataclass(frozen=True)
 class RawDetection:
     """One box as the detector process saw it, in pixels of the full frame. (u_px, v_px) is the box's centre."""
 
@@ -92,6 +104,10 @@ class RawDetection:
     v_px: float
     width_px: float
     height_px: float
+    facing: Facing | None = None
+    """Where a flat target's face looks, the better fitting of two poses; None where the detector knows none."""
+    other_facing: Facing | None = None
+    """The other pose that fits: a square seen from afar has two."""
 
 
 @dataclass(frozen=True)
@@ -125,6 +141,9 @@ class Detection:
     bearing_sigma_rad: float
     clipped: bool
     confirmed: bool
+    facing: Facing | None = None
+    other_facing: Facing | None = None
+    """As in `RawDetection`."""
 
 
 @dataclass(frozen=True)
@@ -156,6 +175,10 @@ class Track:
     """From base_link's origin to the target's centre, at `stamp_s`."""
     bearing_rad: float
     """From base_link's x axis to the target, at `stamp_s`."""
+    facing_in_odom_rad: float | None = None
+    """Direction of a flat target's outward normal; None while it is not known, or the target has no face."""
+    facing_sigma_rad: float | None = None
+    """Its standard deviation; given with it."""
 
     @property
     def sigma_m(self) -> float:

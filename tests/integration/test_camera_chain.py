@@ -151,6 +151,24 @@ def test_a_killed_detector_is_noticed_and_a_new_one_goes_on(chain: Chain) -> Non
     assert after.detections[0].range_m == pytest.approx(before.detections[0].range_m, rel=0.03)
 
 
+def test_both_poses_of_a_tag_come_through_to_the_nav_process(chain: Chain) -> None:
+    facing_rad = math.pi - 0.6
+    tag = PlacedObject("apriltag:7", 1.5, 0.2, facing_rad)
+    room = Arena("tag", Bounds(-4.0, -4.0, 1.5, 4.0), Pose2D(), tag)
+    chain.image = Renderer(room, CONFIG).draw(Pose2D(), 0.0, np.random.default_rng(1))
+    chain.start("detector_node")
+    chain.start("camera_node", "--no-ros")
+    with channels.open_writer(channels.NAV, prefix=chain.prefix) as nav:
+        nav.write(nav_snapshot(TargetSpec("apriltag:7", 0.16, 0.16)))
+        frame = chain.until(lambda f: any(d.confirmed and d.facing is not None for d in f.detections))
+    (seen,) = frame.detections
+    assert seen.facing is not None
+    assert seen.other_facing is not None
+    assert abs(math.remainder(seen.facing.facing_rad - facing_rad, math.tau)) < 0.08
+    assert seen.facing.error_px < seen.other_facing.error_px
+    assert seen.range_m == pytest.approx(math.hypot(1.5 - CONFIG.camera.x_m, 0.2), rel=0.03)
+
+
 def test_the_mission_s_target_reaches_the_detector(chain: Chain) -> None:
     """Size from the nav process scales the range; the class goes on to the detector by `calibration`."""
     chain.start("detector_node")

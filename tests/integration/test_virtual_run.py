@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,7 @@ from target_nav.app.run_picture import draw_run
 from target_nav.app.virtual import RunResult, run_virtual
 from target_nav.mission import load_mission
 from target_nav.sim.arena import load_arena
+from target_nav.state.types import Facing
 
 MISSION = mission_path("bowling_pin")
 
@@ -61,6 +63,21 @@ def test_a_replay_decides_the_same_to_the_last_bit(recorded: tuple[Path, RunResu
     report = replay(path)
     assert report.ticks > 200
     assert report.differences == ()
+
+
+def test_a_replay_has_both_poses_of_a_tag_too(tmp_path: Path) -> None:
+    arena, mission = replace(load_arena("tag_on_wall"), time_limit_s=6.0), mission_path("apriltag")
+    path = tmp_path / "tag.mcap"
+    with RunRecorder(path, header_of(arena.config, load_mission(mission))) as recorder:
+        run_virtual(arena, mission, 3, recorder)
+    _, ticks = read_run(path)
+    frames = [inputs.detections for inputs, _ in ticks if inputs.detections is not None]
+    facings = [(d.facing, d.other_facing) for frame in frames for d in frame.detections]
+    assert facings
+    assert all(isinstance(first, Facing) and isinstance(other, Facing) for first, other in facings)
+    report = replay(path)
+    assert report.differences == ()
+    assert report.ticks > 100
 
 
 def test_a_replay_of_another_mission_shows_where_they_part(

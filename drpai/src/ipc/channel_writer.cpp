@@ -66,7 +66,7 @@ void DetectionsWriter::write(double stamp_s, std::int64_t frame_id, const std::v
   for (std::size_t i = 0; i < count; ++i) {
     RawDetection& to = frame_.detections[i];
     const Detection& from = detections[i];
-    std::memset(to.class_name, 0, NAME_BYTES);
+    std::memset(&to, 0, sizeof to);  // a network's boxes face nowhere: has_facing is false
     std::memcpy(to.class_name, class_name.data(), class_name.size());
     to.score = from.score;
     to.u_px = from.u_px;

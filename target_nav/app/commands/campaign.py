@@ -40,7 +40,7 @@ TOLD = 20
     "--arenas",
     "first_arena",
     metavar="PATH...",
-    help="Arena files, folders or names, `complaints` or `goals`; default: all that are shipped.",
+    help="Arena files, folders or names, `complaints`, `goals` or `tags`; default: all that are shipped.",
 )
 @click.argument("more_arenas", nargs=-1, metavar="")
 @click.option("--seeds", default=1, show_default=True, type=click.IntRange(1), help="Runs per arena.")

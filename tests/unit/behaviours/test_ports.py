@@ -26,7 +26,7 @@ SKILLS = (TurnSearch, LookRound, SpiralSearch, NavigateToTarget, BlindApproach, 
 
 
 def arguments_of(
-    skill: type, attributes: dict[str, float], folder: Path, monkeypatch: pytest.MonkeyPatch
+    skill: type, attributes: dict[str, Any], folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> dict[str, Any]:
     """What the leaf of the skill's name gives to the skill, in a mission with these attributes."""
     said = "".join(f' {name}="{value}"' for name, value in attributes.items())
@@ -61,7 +61,7 @@ def test_every_port_reaches_the_skill(skill: type, tmp_path: Path, monkeypatch: 
     # different numbers, each inside its limits
     attributes = {
         port: round(leaf.PORT_LIMITS[port][0] + 0.11 + 0.01 * number, 3)
-        for number, port in enumerate(leaf.INPUT_PORTS)
+        for number, port in enumerate(leaf.PORT_LIMITS)
     }
     given = arguments_of(skill, attributes, tmp_path, monkeypatch)
     assert set(attributes.values()) <= set(given.values()), given
@@ -74,4 +74,26 @@ def test_what_is_left_out_has_a_value_all_the_same(
 ) -> None:
     required = {port: 1.5 for port, information in leaf_of(skill).INPUT_PORTS.items() if information.required}
     given = arguments_of(skill, required, tmp_path, monkeypatch)
-    assert all(isinstance(value, float) for value in given.values()), given
+    assert all(isinstance(value, float) for port, value in given.items() if port != "from_face"), given
+    assert given.get("from_face", False) is False
+
+
+@pytest.mark.usefixtures("_configured")
+@pytest.mark.parametrize(("said", "wanted"), [("face", True), ("anywhere", False)])
+def test_where_to_come_from_reaches_the_skill(
+    said: str, wanted: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = arguments_of(NavigateToTarget, {"from": said}, tmp_path, monkeypatch)
+    assert given["from_face"] is wanted
+
+
+@pytest.mark.parametrize(("label", "radius_m"), [("pin", 0.04), ("apriltag:7", 0.0)])
+def test_the_surface_of_a_flat_target_is_where_its_middle_is(
+    label: str, radius_m: float, board: ScriptedBoard, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    board.write(keys.CONFIG, Config())
+    board.write(keys.SPEC, TargetSpec(label, 0.28, 0.08))
+    for skill in (BlindApproach, ConfirmArrival):
+        given = arguments_of(skill, {}, tmp_path, monkeypatch)
+        assert given["target_radius_m"] == radius_m
+        assert given.get("target_width_m", 0.08) == 0.08

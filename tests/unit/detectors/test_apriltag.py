@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from target_nav.config import Config
 from target_nav.detectors.apriltag import AprilTagDetector, AprilTagFinder
-from target_nav.detectors.apriltag_pose import TagFacing, tag_poses
+from target_nav.detectors.apriltag_pose import tag_facings, tag_poses
 from target_nav.detectors.pipeline import DetectionPipeline
 from target_nav.errors import ConfigError
 from target_nav.state.types import RawDetectionFrame, TargetSpec
@@ -52,39 +53,39 @@ def test_the_family_ends_at_586() -> None:
 def test_one_of_the_poses_is_the_true_one(turned_rad: float) -> None:
     facing_rad = wrap_angle(math.pi + turned_rad)
     (tag,) = AprilTagFinder().find(picture_of_tag(CAMERA, 7, SIDE_M, 1.2, 0.2, facing_rad))
-    poses = tag_poses(tag, SIDE_M, CAMERA)
+    poses = tag_poses(tag.corners_px, SIDE_M, CAMERA)
     assert 1 <= len(poses) <= 2
     best = min(poses, key=lambda pose: abs(wrap_angle(pose.facing_rad - facing_rad)))
     assert (best.x_m, best.y_m) == pytest.approx((1.2, 0.2), abs=0.02)
     assert abs(wrap_angle(best.facing_rad - facing_rad)) < 0.12
 
 
-def test_while_the_robot_moves_only_the_true_pose_keeps_its_direction() -> None:
-    """A tag that is turned by 30 degrees hangs 2.5 m away; the robot looks at it from places along an arc.
-
-    Single pictures take the false solution now and then; over all of them the true direction wins.
-    """
-    true_facing = wrap_angle(math.pi + 0.52)
-    belief = TagFacing()
-    rng = np.random.default_rng(4)
-    taken = []
-    for side_m in np.linspace(-0.8, 0.8, 17):
-        # The robot stands at (0, side) in odom and looks at the tag at (2.5, 0).
-        heading = math.atan2(-side_m, 2.5)
-        range_m = math.hypot(2.5, side_m)
-        picture = picture_of_tag(CAMERA, 7, SIDE_M, range_m, 0.0, wrap_angle(true_facing - heading))
-        noisy = np.clip(picture + rng.normal(0.0, 3.0, picture.shape), 0, 255).astype(np.uint8)
-        for tag in AprilTagFinder().find(noisy):
-            pose = belief.add(tag_poses(tag, SIDE_M, CAMERA), heading)
-            assert pose is not None
-            taken.append(abs(wrap_angle(pose.facing_rad + heading - true_facing)))
-    assert len(taken) >= 12
-    assert belief.facing_rad is not None
-    assert abs(wrap_angle(belief.facing_rad - true_facing)) < 0.15
-    assert np.median(taken[len(taken) // 2 :]) < 0.2
+def test_both_poses_travel_with_the_box_to_the_nav_process() -> None:
+    facing_rad = wrap_angle(math.pi + 0.4)
+    picture = picture_of_tag(CAMERA, 7, SIDE_M, 1.2, 0.2, facing_rad)
+    boxes = AprilTagDetector(7, LABEL, CAMERA).detect(picture)
+    spec = TargetSpec(LABEL, SIDE_M, SIDE_M)
+    (seen,) = DetectionPipeline(CONFIG).process(RawDetectionFrame(0.0, 0, boxes), spec).detections
+    assert seen.facing is not None
+    assert seen.other_facing is not None
+    assert seen.facing.error_px <= seen.other_facing.error_px
+    assert abs(wrap_angle(seen.facing.facing_rad - facing_rad)) < 0.1
+    # The other is about the mirror image of the first: turned as far to the other side of the line of sight.
+    middle = wrap_angle(seen.bearing_rad + math.pi)
+    assert wrap_angle(seen.other_facing.facing_rad - middle) * wrap_angle(facing_rad - middle) < 0.0
 
 
-def test_a_tag_that_was_never_seen_faces_nowhere() -> None:
-    belief = TagFacing()
-    assert belief.facing_rad is None
-    assert belief.add((), 0.0) is None
+def test_where_the_face_looks_does_not_depend_on_the_size_of_the_tag() -> None:
+    (tag,) = AprilTagFinder().find(picture_of_tag(CAMERA, 7, SIDE_M, 1.2, 0.2, math.pi + 0.4))
+    small, large = (tag_poses(tag.corners_px, side_m, CAMERA)[0] for side_m in (0.05, 1.0))
+    assert small.facing_rad == pytest.approx(large.facing_rad, abs=1e-6)
+
+
+@pytest.mark.parametrize("aspect", [0.9, 1.1])
+def test_pixels_that_are_not_square_and_a_middle_that_is_not_the_middle(aspect: float) -> None:
+    camera = dataclasses.replace(CAMERA, pixel_aspect=aspect, center_right_px=12.0, center_down_px=-9.0)
+    (tag,) = AprilTagFinder().find(picture_of_tag(CAMERA, 7, SIDE_M, 1.2, 0.2, math.pi + 0.4))
+    middle = np.array([CAMERA.center_u_px, CAMERA.center_v_px])
+    corners = (tag.corners_px - middle) * (1.0, aspect) + (camera.center_u_px, camera.center_v_px)
+    plain, other = (tag_facings(c, k)[0] for c, k in ((tag.corners_px, CAMERA), (corners, camera)))
+    assert other.facing_rad == pytest.approx(plain.facing_rad, abs=1e-6)

@@ -27,7 +27,7 @@ from target_nav.errors import ConfigError
     ],
 )
 def test_each_label_has_its_detector_and_its_boxes_carry_the_label(label: str, kind: type[Detector]) -> None:
-    detector = detector_for(label, lambda: cpu_model(Config()))
+    detector = detector_for(label, lambda: cpu_model(Config()), Config().camera)
     assert type(detector) is kind
     assert detector.class_names == (label,)
 
@@ -45,4 +45,4 @@ def test_each_label_has_its_detector_and_its_boxes_carry_the_label(label: str, k
 )
 def test_what_nobody_can_find_is_told(label: str, words: str) -> None:
     with pytest.raises(ConfigError, match=words):
-        detector_for(label, lambda: cpu_model(Config()))
+        detector_for(label, lambda: cpu_model(Config()), Config().camera)

@@ -100,13 +100,14 @@ def test_a_reader_that_meets_a_live_writer_of_another_layout_says_both_versions(
     with open_writer(DET, prefix), open_reader(DET, prefix) as reader:
         poke(path_of(prefix, "det"), member, value)
         ours = DET.geometry.layout_hash
-        version, found = (7, ours) if member == "layout_version" else (1, 0xABCD)
+        version, found = (7, ours) if member == "layout_version" else (header.LAYOUT_VERSION, 0xABCD)
         with pytest.raises(DeviceError) as refusal:
             reader.latest()
         assert str(refusal.value) == (
-            f"{prefix}_det has layout version {version} (hash {found:08x}), this program reads version 1 (hash "
-            f"{ours:08x}); its writer (pid {os.getpid()}) is of another build: stop it, and start both from the same "
-            "one"
+            f"{prefix}_det has layout version {version} (hash {found:08x}), this program reads version "
+            f"{header.LAYOUT_VERSION} (hash {ours:08x}); its writer (pid {os.getpid()}) is of another build: "
+            "stop it, and start both from the "
+            "same one"
         )
 
 

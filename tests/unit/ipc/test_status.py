@@ -18,7 +18,7 @@ from target_nav.ipc.channels import (
     open_writer,
 )
 from target_nav.ipc.files import path_of
-from target_nav.ipc.header import FILE_HEADER
+from target_nav.ipc.header import FILE_HEADER, LAYOUT_VERSION
 from target_nav.ipc.status import ChannelStatus
 from target_nav.state.types import Command, CommandKind
 from tests.unit.ipc.values import frame, picture
@@ -48,7 +48,7 @@ def test_a_live_channel_tells_its_writer_age_and_count(prefix: str) -> None:
             True,
             os.getpid(),
             True,
-            1,
+            LAYOUT_VERSION,
             True,
             math.inf,
             0,
@@ -62,7 +62,7 @@ def test_a_live_channel_tells_its_writer_age_and_count(prefix: str) -> None:
             True,
             os.getpid(),
             True,
-            1,
+            LAYOUT_VERSION,
             True,
             2.0,
             7,

@@ -27,6 +27,7 @@ from target_nav.state.types import (
     CommandKind,
     Detection,
     DetectionFrame,
+    Facing,
     NavState,
     Outcome,
     OutcomeKind,
@@ -56,12 +57,13 @@ specs = st.builds(TargetSpec, texts("class_name"), numbers, numbers)
 tracks = st.builds(
     Track,
     *(numbers, numbers, numbers, st.tuples(numbers, numbers, numbers, numbers), st.booleans(), whole),
-    *(numbers, numbers, numbers, numbers),
+    *(numbers, numbers, numbers, numbers, st.none() | numbers, st.none() | numbers),
 )
-raw_detections = st.builds(RawDetection, texts("class_name"), *[numbers] * 5)
+facings = st.none() | st.builds(Facing, numbers, numbers)
+raw_detections = st.builds(RawDetection, texts("class_name"), *[numbers] * 5, facings, facings)
 detections = st.builds(
     Detection,
-    *(texts("class_name"), numbers, whole, *[numbers] * 8, st.booleans(), st.booleans()),
+    *(texts("class_name"), numbers, whole, *[numbers] * 8, st.booleans(), st.booleans(), facings, facings),
 )
 raw_frames = st.builds(RawDetectionFrame, stamps, whole, st.lists(raw_detections, max_size=5).map(tuple))
 frames = st.builds(DetectionFrame, stamps, whole, st.lists(detections, max_size=5).map(tuple))

@@ -178,6 +178,22 @@ def test_a_timeout_of_less_than_a_tick(tmp_path: Path) -> None:
     assert found(0) == []
 
 
+def test_a_face_of_a_target_that_has_none(tmp_path: Path) -> None:
+    def found(target: str, side: str = "face") -> list[str]:
+        go = f"<NavigateToTarget from='{side}'/>"
+        tree = f"<Sequence><SetBlackboard value='apriltag' output_key='d'/>{target}{go}</Sequence>"
+        return [each for each in warnings(tmp_path, tree, words=default_registry()) if "face" in each]
+
+    size = "height_m='0.16' width_m='0.16'"
+    assert found(f"<SetTarget class='7' detector='apriltag' {size}/>") == []
+    assert found(f"<SetTarget class='red' detector='hsv' {size}/>", "anywhere") == []
+    assert found("") == []
+    (message,) = found(f"<SetTarget class='red' detector='hsv' {size}/>")
+    assert "the target of this mission (hsv) has none" in message
+    (message,) = found(f"<SetTarget class='bowling_pin' {size}/>")
+    assert "(network)" in message
+
+
 def test_the_reference_mission_has_nothing_to_be_warned_of() -> None:
     path = Path(__file__).parents[3] / "trees" / "bowling_pin.xml"
     assert lint(analyse(path), TICK_S) == []
