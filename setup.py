@@ -90,7 +90,7 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         *share("launch", "*.py", "*.xml", "*.yaml"),
         *share("urdf", "*.urdf", "*.xacro"),
-        *share("deploy/model", "*.onnx"),
+        *share("deploy/model", "*.onnx", "*.sha256"),
         *share("trees", "*.xml", "*.yaml"),
         # The simulator builds it where it is installed.
         *share("deploy/firmware/target_nav_firmware", "*.cpp", "*.h", "*.ino"),

@@ -11,7 +11,7 @@ import time
 import numpy as np
 
 from benchmarks import OURS, Row
-from target_nav.app.paths import model_path
+from target_nav.app.model_file import cpu_model
 from target_nav.config import Config
 from target_nav.detectors.onnx_detector import OnnxDetector
 from target_nav.errors import DeviceError
@@ -28,7 +28,7 @@ LIMIT_MS = 15.0
 def run() -> list[Row]:
     """A few rows an arena: a frame, the slowest of a hundred, the network's look at it, setting the arena up."""
     try:
-        detector: OnnxDetector | None = OnnxDetector(model_path())
+        detector: OnnxDetector | None = OnnxDetector(cpu_model(Config()))
     except DeviceError:
         detector = None
     return [row for name in ARENAS for row in _rows(name, detector)]

@@ -57,7 +57,13 @@ check 'ruff check' "$bin/ruff" check .
 check 'ruff format' "$bin/ruff" format --check .
 check 'mypy' "$bin/mypy"
 check 'import contracts' "$bin/lint-imports" --no-logo --cache-dir .cache/import-linter
-check 'shellcheck' "$bin/shellcheck" -x scripts/*.sh scripts/lib/*.sh deploy/firmware/*.sh .ci/run
+check 'shellcheck' "$bin/shellcheck" -x scripts/*.sh scripts/lib/*.sh deploy/firmware/*.sh drpai/*.sh .ci/run
+# Warnings as errors, unit tests, sanitizers, clang-tidy; the program itself is tested behind the camera process below.
+if command -v clang-tidy >/dev/null && [[ -d /usr/include/doctest ]]; then
+  check 'C++ detector' drpai/check.sh
+else
+  rows+=("$(printf '%-34s %s' 'C++ detector' 'no tools: drpai/install-tools.sh --tests')")
+fi
 # The image that is flashed, with its use of flash and RAM; the tests run it under simavr.
 if deploy/firmware/install-tools.sh --check; then
   check 'firmware for the ATmega2560' make --no-print-directory -C deploy/firmware avr

@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-from target_nav.app.paths import model_path
+from target_nav.app.model_file import cpu_model, find_model, missing_model
 from target_nav.app.process import EXIT_FAILED, EXIT_OK, StopSignal, report_ready, run_process
 from target_nav.app.settings import add_config_arguments, config_from, parse_arguments
 from target_nav.config import Config
@@ -180,7 +180,12 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.rate is not None:
         config = config.override({"camera.rate_hz": arguments.rate}, source="--rate")
     source = _open_source(arguments.source, config)
-    node = DetectorNode(config, source, _default_detector(arguments.detector), _choose)
+    node = DetectorNode(
+        config,
+        source,
+        _default_detector(arguments.detector, config),
+        lambda label: detector_for(label, lambda: cpu_model(config)),
+    )
     try:
         with StopSignal() as stop:
             report_ready()
@@ -197,17 +202,12 @@ def _run(arguments: argparse.Namespace) -> int:
     return EXIT_OK
 
 
-def _choose(label: str) -> Detector:
-    return detector_for(label, model_path())
-
-
-def _default_detector(name: str) -> Detector:
-    """The network, or the outline where it cannot be had."""
+def _default_detector(name: str, config: Config) -> Detector:
+    """The network, or the outline where there is no file of it; a file that is not whole is not passed over."""
     if name == TargetDetector.network.value:
-        try:
-            return OnnxDetector(model_path())
-        except DeviceError as error:
-            log.warning("%s; looking for the pin's outline instead", error)
+        if find_model(config, "cpu") is not None:
+            return OnnxDetector(cpu_model(config))
+        log.warning("%s; looking for the pin's outline instead", missing_model(config))
     return PinPixelDetector()
 
 

@@ -145,7 +145,7 @@ def run_virtual(
     """
     config = arena.config
     mission = load_mission(mission_path)
-    eye = _Eye() if pixels else None
+    eye = _Eye(config) if pixels else None
     simulation = Simulation(arena, seed, detect=eye.detect if eye is not None else None)
     source = SimIo(simulation, config, eye)
     core = NavCore(config, mission.root, source, source, recorder)
@@ -158,17 +158,18 @@ def run_virtual(
 class _Eye:
     """Looks at rendered pictures with the detector that the mission names, as the detector process does."""
 
-    def __init__(self) -> None:
+    def __init__(self, config: Config) -> None:
+        self._config = config
         self._label = ""
         self._detector: Detector | None = None
 
     def look_for(self, label: str) -> None:
         if label != self._label:
             # Only a run with pictures loads OpenCV.
-            from target_nav.app.paths import model_path
+            from target_nav.app.model_file import cpu_model
             from target_nav.detectors.named import detector_for
 
-            self._label, self._detector = label, detector_for(label, model_path())
+            self._label, self._detector = label, detector_for(label, lambda: cpu_model(self._config))
 
     def detect(self, image_bgr: ImageBgr) -> tuple[RawDetection, ...]:
         return self._detector.detect(image_bgr) if self._detector is not None else ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from target_nav.detectors.apriltag import AprilTagDetector
@@ -14,8 +15,10 @@ from target_nav.state.target_label import TargetDetector, split_label
 from target_nav.utils import bowling_pin
 
 
-def detector_for(label: str, model: Path) -> Detector:
+def detector_for(label: str, model: Callable[[], Path]) -> Detector:
     """Every box it finds carries `label`, so that the camera process knows whose it is.
+
+    `model` finds the network's file.
 
     Raises:
         ConfigError: there is no such detector, or it does not know what to look for.
@@ -25,7 +28,7 @@ def detector_for(label: str, model: Path) -> Detector:
     if kind in (TargetDetector.network, TargetDetector.outline) and what != bowling_pin.CLASS_NAME:
         raise ConfigError(f"the detector {kind.value!r} finds {bowling_pin.CLASS_NAME} only, not {what!r}")
     if kind is TargetDetector.network:
-        return OnnxDetector(model, label)
+        return OnnxDetector(model(), label)
     if kind is TargetDetector.outline:
         return PinPixelDetector(label)
     if kind is TargetDetector.colour:

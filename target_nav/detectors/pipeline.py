@@ -128,7 +128,8 @@ class DetectionPipeline:
     def _has_shape(self, box: Box, clipping: Clipping, spec: TargetSpec) -> bool:
         """Width to height as the target's, off the axis a little wider. A border can only take away: a box that lost
         height may look too wide, one that lost width too slim, and neither speaks against it."""
-        expected = spec.width_m / spec.height_m / math.cos(bearing_from_u(self._camera, box.u_px))
+        square = spec.width_m / spec.height_m / self._camera.pixel_aspect
+        expected = square / math.cos(bearing_from_u(self._camera, box.u_px))
         deviation = math.log(box.width_px / box.height_px / expected)
         tolerance = self._detector.aspect_tolerance
         too_wide = deviation > tolerance and not clipping.upright

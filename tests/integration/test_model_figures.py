@@ -15,7 +15,7 @@ import pytest
 from deploy.model.evaluate_photos import judge_duckpins, judge_negatives
 from deploy.model.evaluate_rendered import judge_clipped, judge_rendered, judge_tracked
 from deploy.model.limits import Figure
-from target_nav.app.paths import model_path
+from target_nav.app.model_file import cpu_model
 from target_nav.config import Config
 from target_nav.detectors.onnx_detector import OnnxDetector
 
@@ -27,7 +27,7 @@ DATA = Path(os.environ.get("TARGET_NAV_DATA", Path(__file__).parents[3] / "share
 
 @pytest.fixture(scope="module")
 def detector() -> OnnxDetector:
-    return OnnxDetector(model_path(), score_min=0.05)
+    return OnnxDetector(cpu_model(Config()), score_min=0.05)
 
 
 def by_name(figures: list[Figure]) -> dict[str, float]:
@@ -35,7 +35,7 @@ def by_name(figures: list[Figure]) -> dict[str, float]:
 
 
 def test_the_file_is_the_one_its_check_sum_says() -> None:
-    path = model_path()
+    path = cpu_model(Config())
     said = path.with_suffix(".onnx.sha256").read_text().split()[0]
     assert hashlib.sha256(path.read_bytes()).hexdigest() == said
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from target_nav.app.paths import model_path
+from target_nav.app.model_file import cpu_model
+from target_nav.config import Config
 from target_nav.detectors.apriltag import AprilTagDetector
 from target_nav.detectors.colour import ColourDetector, TwoBoxDetector
 from target_nav.detectors.detector import Detector
@@ -26,7 +27,7 @@ from target_nav.errors import ConfigError
     ],
 )
 def test_each_label_has_its_detector_and_its_boxes_carry_the_label(label: str, kind: type[Detector]) -> None:
-    detector = detector_for(label, model_path())
+    detector = detector_for(label, lambda: cpu_model(Config()))
     assert type(detector) is kind
     assert detector.class_names == (label,)
 
@@ -44,4 +45,4 @@ def test_each_label_has_its_detector_and_its_boxes_carry_the_label(label: str, k
 )
 def test_what_nobody_can_find_is_told(label: str, words: str) -> None:
     with pytest.raises(ConfigError, match=words):
-        detector_for(label, model_path())
+        detector_for(label, lambda: cpu_model(Config()))

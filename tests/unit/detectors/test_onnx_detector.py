@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from target_nav.app.paths import model_path
+from target_nav.app.model_file import cpu_model
 from target_nav.config import Config
 from target_nav.detectors.onnx_detector import OnnxDetector
 from target_nav.errors import DeviceError
@@ -21,7 +21,7 @@ CAMERA = Config().camera
 
 @pytest.fixture(scope="module")
 def detector() -> OnnxDetector:
-    return OnnxDetector(model_path())
+    return OnnxDetector(cpu_model(Config()))
 
 
 def picture_of(target: PlacedObject | None, range_m: float = 1.2) -> np.ndarray:
@@ -64,6 +64,6 @@ def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize("size", [0, 100, 200_000])
 def test_a_torn_file_is_told(tmp_path: Path, size: int) -> None:
     torn = tmp_path / "torn.onnx"
-    torn.write_bytes(model_path().read_bytes()[:size])
+    torn.write_bytes(cpu_model(Config()).read_bytes()[:size])
     with pytest.raises(DeviceError, match=r"torn\.onnx"):
         OnnxDetector(torn)

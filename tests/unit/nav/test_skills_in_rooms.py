@@ -18,7 +18,8 @@ from target_nav.state.types import Pose2D
 from tests.unit.nav.toy_world import Segment, ToyWorld, box, room
 
 STAND_OFF_M, RADIUS_M = 0.10, 0.04
-LIMIT_S = 150.0
+LIMIT_S = 270.0
+"""A turn, the whole of a spiral search, and a minute and a half to go there."""
 SEEDS = range(5)
 
 Place = tuple[list[Segment], tuple[float, float], Pose2D]
@@ -46,8 +47,8 @@ def mission(world: ToyWorld) -> bool:
         return world.run(skill, until_s - world.now_s, near_target=near_target).status is SkillStatus.SUCCESS
 
     while world.now_s < until_s:
-        found = done(TurnSearch(config, time_limit_s=30.0, yaw_rate_radps=0.5)) or done(
-            SpiralSearch(config, time_limit_s=90.0, radius_m=4.0, spacing_m=0.8, speed_mps=0.2)
+        found = done(TurnSearch(config, time_limit_s=30.0, yaw_rate_radps=0.8)) or done(
+            SpiralSearch(config, time_limit_s=180.0, radius_m=8.0, spacing_m=0.8, speed_mps=0.25)
         )
         if (
             found
