@@ -12,6 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from deploy.model.circuits import circuit, shelf
+
 ImageBgr = NDArray[np.uint8]
 Rng = np.random.Generator
 WIDTH, HEIGHT = 400, 300
@@ -19,8 +21,8 @@ WIDTH, HEIGHT = 400, 300
 
 def a_background(rng: Rng) -> ImageBgr:
     """One picture of WIDTH x HEIGHT."""
-    kinds = (_room, _dead_leaves, _lane, _clouds, _dark, _structure)
-    chosen = int(rng.choice(len(kinds), p=(0.32, 0.26, 0.14, 0.08, 0.08, 0.12)))
+    kinds = (_room, _dead_leaves, _lane, _clouds, _dark, _structure, _circuit, _shelf)
+    chosen = int(rng.choice(len(kinds), p=(0.26, 0.18, 0.12, 0.06, 0.06, 0.10, 0.14, 0.08)))
     return np.ascontiguousarray(np.clip(kinds[chosen](rng), 0, 255).astype(np.uint8))
 
 
@@ -258,3 +260,11 @@ def _structure(rng: Rng) -> NDArray[np.float32]:
         cv2.line(picture, np.int32(start).tolist(), np.int32(end).tolist(), _colour(rng).tolist(),
                  int(rng.integers(1, 9)), cv2.LINE_AA)  # fmt: skip
     return picture
+
+
+def _circuit(rng: Rng) -> NDArray[np.float32]:
+    return circuit(rng, HEIGHT, WIDTH)
+
+
+def _shelf(rng: Rng) -> NDArray[np.float32]:
+    return shelf(rng, HEIGHT, WIDTH)

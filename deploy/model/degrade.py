@@ -53,6 +53,14 @@ def degrade(image_bgr: ImageBgr, rng: Rng) -> ImageBgr:
     return out
 
 
+def enlarged(image_bgr: ImageBgr, rng: Rng) -> ImageBgr:
+    """As if a smaller picture had been enlarged, which is what the second look does to far pins."""
+    rows, columns = image_bgr.shape[:2]
+    scale = float(rng.uniform(1.2, 2.4))
+    small = cv2.resize(image_bgr, (round(columns / scale), round(rows / scale)), interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.resize(small, (columns, rows), interpolation=cv2.INTER_LINEAR), np.uint8)
+
+
 def _motion(picture: NDArray[np.float32], rng: Rng) -> NDArray[np.float32]:
     """A turning robot smears sideways."""
     length = int(rng.integers(2, 7))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-EDGE_WEIGHT, HEIGHT_WEIGHT = 2.0, 4.0
+EDGE_WEIGHT, HEIGHT_WEIGHT = 2.0, 8.0
 SMOOTH = 0.02
 
 
@@ -45,9 +45,11 @@ def _overlap(edges: Tensor, wanted: Tensor) -> tuple[Tensor, Tensor]:
     common = torch.minimum(kept[:, :2], wanted[:, :2]) + torch.minimum(kept[:, 2:], wanted[:, 2:])
     hull = torch.maximum(edges[:, :2], wanted[:, :2]) + torch.maximum(edges[:, 2:], wanted[:, 2:])
     inner = common[:, 0] * common[:, 1]
+    kept_area = (kept[:, 0] + kept[:, 2]) * (kept[:, 1] + kept[:, 3])
     first = (edges[:, 0] + edges[:, 2]).clamp(min=0.01) * (edges[:, 1] + edges[:, 3]).clamp(min=0.01)
     second = (wanted[:, 0] + wanted[:, 2]) * (wanted[:, 1] + wanted[:, 3])
-    union = (first + second - inner).clamp(min=1e-3)
+    # While training an edge may lie beyond its cell, and the box would be smaller than what it shares.
+    union = (torch.maximum(first, kept_area) + second - inner).clamp(min=1e-3)
     iou = inner / union
     outer = (hull[:, 0] * hull[:, 1]).clamp(min=1e-3)
-    return iou - (outer - union).clamp(min=0.0) / outer, iou
+    return iou.clamp(max=1.0) - (outer - union).clamp(min=0.0) / outer, iou

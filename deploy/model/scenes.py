@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from deploy.model.backgrounds import a_background
 from deploy.model.bodies import Sprite
-from deploy.model.degrade import degrade
+from deploy.model.degrade import degrade, enlarged
 from deploy.model.figures import a_figure
 from deploy.model.shapes import a_pin, an_odd_thing
 
@@ -28,6 +28,7 @@ IN_PICTURE_MIN = 0.25
 HIDDEN_BELOW = 0.05
 """Of which nothing shows at all is not there."""
 HEIGHT_MIN_PX = 13.0
+ENLARGED_SHARE = 0.2
 RACK_PITCH = 1.1
 """Ten-pins stand 12 inches apart at 15 inches height (0.8), duckpins 12 at 9.4 (1.28); here in between, varied."""
 
@@ -154,6 +155,8 @@ def make_scene(bank: Bank, rng: Rng) -> Scene:
             good = good and area[1] / area[0] >= IN_PICTURE_MIN and seen[number] >= VISIBLE_MIN * area[1]
             (boxes if good else ignored).append(box)
     image = degrade(np.clip(picture, 0, 255).astype(np.uint8), rng)
+    if rng.random() < ENLARGED_SHARE:
+        image = enlarged(image, rng)
     return Scene(image, _array(boxes), _array(ignored))
 
 
@@ -198,16 +201,16 @@ def _log_height(rng: Rng, low: float, high: float) -> float:
 def _arrange(bank: Bank, rng: Rng, ground: _Ground) -> list[_Placed]:
     things: list[_Placed] = []
     kind = rng.random()
-    if kind < 0.10:
+    if kind < 0.18:
         pass
-    elif kind < 0.35:
+    elif kind < 0.38:
         things += _rack(bank, rng)
         things += [_anywhere(_pick(bank.pins, rng), rng) for _ in range(int(rng.integers(0, 3)))]
     elif kind < 0.65:
         things += [_on_ground(_pick(bank.pins, rng), rng, ground) for _ in range(int(rng.integers(1, 9)))]
     else:
         things += [_anywhere(_pick(bank.pins, rng), rng) for _ in range(int(rng.integers(1, 8)))]
-    for _ in range(int(rng.choice([0, 2, 5, 9, 14], p=[0.1, 0.25, 0.3, 0.25, 0.1]))):
+    for _ in range(int(rng.choice([0, 2, 5, 9, 14], p=[0.05, 0.2, 0.3, 0.3, 0.15]))):
         sprite = _pick(bank.odd, rng)
         things.append(_on_ground(sprite, rng, ground) if rng.random() < 0.4 else _anywhere(sprite, rng))
     if rng.random() < 0.12:
@@ -234,7 +237,9 @@ def _on_ground(sprite: Sprite, rng: Rng, ground: _Ground) -> _Placed:
 
 
 def _anywhere(sprite: Sprite, rng: Rng) -> _Placed:
-    height = _log_height(rng, 14.0, 130.0) if rng.random() < 0.85 else _log_height(rng, 130.0, 420.0)
+    kind = rng.random()
+    low, high = (14.0, 60.0) if kind < 0.45 else (40.0, 130.0) if kind < 0.88 else (130.0, 420.0)
+    height = _log_height(rng, low, high)
     u = float(rng.uniform(-0.03, 1.03)) * WIDTH
     if height > 0.8 * HEIGHT:
         v = float(rng.uniform(0.5 * HEIGHT + 0.3 * height, 0.5 * HEIGHT + 0.75 * height))

@@ -65,6 +65,7 @@ struct Bench {
   Options options;
   ListSource source;
   OpencvBackend backend{support::model_path()};
+  OpencvBackend look_backend{support::model_path(), LOOK_INPUT};
   Watchdog watchdog{60.0, [](const std::string&) {}};
   ChannelReader reader{prefix.name, geometry_of<target_nav::ipc::DetectionsChannel>(), sizeof(RawDetectionFrame)};
   PictureReader pictures{prefix.name, geometry_of<target_nav::ipc::CameraChannel>()};
@@ -140,7 +141,7 @@ TEST_CASE("the watchdog bites a loop that stands still and says where, and no ot
 
 TEST_CASE("a picture becomes boxes and a picture with its own stamp and number") {
   Bench bench;
-  DetectorLoop loop(bench.options, bench.source, bench.backend, bench.watchdog);
+  DetectorLoop loop(bench.options, bench.source, bench.backend, bench.look_backend, bench.watchdog);
   CHECK_FALSE(loop.step());
   bench.source.pictures.push_back({12.5, 7, with_square()});
   CHECK(loop.step());
@@ -159,7 +160,7 @@ TEST_CASE("a picture becomes boxes and a picture with its own stamp and number")
 
 TEST_CASE("a calibration is followed while running: score and lens") {
   Bench bench;
-  DetectorLoop loop(bench.options, bench.source, bench.backend, bench.watchdog);
+  DetectorLoop loop(bench.options, bench.source, bench.backend, bench.look_backend, bench.watchdog);
   for (int i = 0; i < 4; ++i) {
     bench.source.pictures.push_back({1.0 + i, i, with_square()});
   }
@@ -180,7 +181,7 @@ TEST_CASE("a calibration is followed while running: score and lens") {
 
 TEST_CASE("pictures of another size are refused, for ranges would be wrong") {
   Bench bench;
-  DetectorLoop loop(bench.options, bench.source, bench.backend, bench.watchdog);
+  DetectorLoop loop(bench.options, bench.source, bench.backend, bench.look_backend, bench.watchdog);
   bench.source.pictures.push_back({1.0, 1, cv::Mat(240, 320, CV_8UC3)});
   CHECK_THROWS_WITH_AS(loop.step(), doctest::Contains("pictures are 320x240, the configuration has 640x480"), DeviceError);
   CHECK_FALSE(bench.frame());
@@ -188,6 +189,6 @@ TEST_CASE("pictures of another size are refused, for ranges would be wrong") {
 
 TEST_CASE("a second detector of the same prefix is refused") {
   Bench bench;
-  DetectorLoop loop(bench.options, bench.source, bench.backend, bench.watchdog);
-  CHECK_THROWS_AS(DetectorLoop(bench.options, bench.source, bench.backend, bench.watchdog), DeviceError);
+  DetectorLoop loop(bench.options, bench.source, bench.backend, bench.look_backend, bench.watchdog);
+  CHECK_THROWS_AS(DetectorLoop(bench.options, bench.source, bench.backend, bench.look_backend, bench.watchdog), DeviceError);
 }

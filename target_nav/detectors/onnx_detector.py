@@ -5,13 +5,23 @@ It stands in where the C++ detector is not built, and it is what campaigns with 
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from target_nav.detectors.detector import ImageBgr, check_picture
-from target_nav.detectors.onnx_heads import INPUT_HEIGHT, INPUT_WIDTH, Letterbox, decode_heads, stride_of
+from target_nav.detectors.onnx_heads import (
+    INPUT_HEIGHT,
+    INPUT_WIDTH,
+    Letterbox,
+    ScoredBox,
+    decode_heads,
+    planes_of,
+    stride_of,
+)
+from target_nav.detectors.second_look import GLANCE_SCORE_MIN, LOOK_HEIGHT, LOOK_WIDTH, Part, look_again
 from target_nav.errors import DeviceError
 from target_nav.state.types import RawDetection
 from target_nav.utils import bowling_pin
@@ -39,8 +49,11 @@ class OnnxDetector:
         self._score_min = score_min
         try:
             self._net = cv2.dnn.readNetFromONNX(str(model))
+            # A network of its own: a change of the input's size would plan the whole network anew each time.
+            self._look_net = cv2.dnn.readNetFromONNX(str(model))
             self._names = self._net.getUnconnectedOutLayersNames()
-            heads = self._forward(np.full((1, 3, INPUT_HEIGHT, INPUT_WIDTH), 0.5, np.float32))
+            self._forward(self._look_net, np.full((1, 3, LOOK_HEIGHT, LOOK_WIDTH), 0.5, np.float32))
+            heads = self._forward(self._net, np.full((1, 3, INPUT_HEIGHT, INPUT_WIDTH), 0.5, np.float32))
         except cv2.error as error:
             reason = str(error.err or error).splitlines()[0]
             raise DeviceError(
@@ -69,15 +82,26 @@ class OnnxDetector:
         check_picture(image_bgr)
         height, width = image_bgr.shape[:2]
         letterbox = Letterbox.of(width, height)
-        heads = self._forward(letterbox.apply(image_bgr))
+        heads = self._forward(self._net, letterbox.apply(image_bgr))
+        glanced = decode_heads(heads, letterbox, width, height, min(self._score_min, GLANCE_SCORE_MIN))
         found = []
-        for one in decode_heads(heads, letterbox, width, height, self._score_min):
+        for one in look_again(glanced, partial(self._look, image_bgr), width, height, self._score_min):
             box = Box.from_edges(one.left, one.top, one.right, one.bottom)
             found.append(
                 RawDetection(self._class_name, one.score, box.u_px, box.v_px, box.width_px, box.height_px)
             )
         return tuple(found)
 
-    def _forward(self, blob: np.ndarray) -> list[np.ndarray]:
-        self._net.setInput(blob)
-        return [np.asarray(head, np.float32) for head in self._net.forward(self._names)]
+    def _look(self, image_bgr: ImageBgr, part: Part) -> list[ScoredBox]:
+        height, width = image_bgr.shape[:2]
+        rows, columns = (
+            slice(part.top, part.top + LOOK_HEIGHT),
+            slice(part.left, part.left + LOOK_WIDTH),
+        )
+        heads = self._forward(self._look_net, planes_of(image_bgr[rows, columns]))
+        where = Letterbox.part(part.left, part.top, LOOK_WIDTH, LOOK_HEIGHT)
+        return decode_heads(heads, where, width, height, self._score_min, LOOK_HEIGHT, LOOK_WIDTH)
+
+    def _forward(self, net: cv2.dnn.Net, blob: np.ndarray) -> list[np.ndarray]:
+        net.setInput(blob)
+        return [np.asarray(head, np.float32) for head in net.forward(self._names)]

@@ -28,6 +28,12 @@ CANDIDATES_MAX = 512
 BOXES_MAX = 64
 
 
+def planes_of(image_bgr: ImageBgr) -> Float32Array:
+    """float32 (1, 3, rows, columns), RGB, 0 to 1."""
+    planes = image_bgr[:, :, ::-1].transpose(2, 0, 1)[None]
+    return np.ascontiguousarray(planes, np.float32) * np.float32(1.0 / 255.0)
+
+
 @dataclass(frozen=True)
 class Letterbox:
     """How a frame lies in the network's input: input = frame * scale + (left, top)."""
@@ -37,6 +43,11 @@ class Letterbox:
     top: int
     width: int
     height: int
+
+    @classmethod
+    def part(cls, left: int, top: int, width: int, height: int) -> Letterbox:
+        """A part of the frame in its own pixels, nothing round it."""
+        return cls(1.0, -left, -top, width, height)
 
     @classmethod
     def of(cls, frame_width: int, frame_height: int) -> Letterbox:
@@ -51,8 +62,7 @@ class Letterbox:
         scaled = cv2.resize(image_bgr, (self.width, self.height), interpolation=method)
         padded = np.full((INPUT_HEIGHT, INPUT_WIDTH, 3), PAD_GREY, np.uint8)
         padded[self.top : self.top + self.height, self.left : self.left + self.width] = scaled
-        planes = padded[:, :, ::-1].transpose(2, 0, 1)[None]
-        return np.ascontiguousarray(planes, np.float32) * np.float32(1.0 / 255.0)
+        return planes_of(padded)
 
 
 @dataclass(frozen=True)
@@ -66,34 +76,41 @@ class ScoredBox:
     bottom: float
 
 
-def stride_of(head: Float32Array) -> int:
+def stride_of(head: Float32Array, input_height: int = INPUT_HEIGHT, input_width: int = INPUT_WIDTH) -> int:
     """Of one head (1, 5, rows, columns).
 
     Raises:
         ValueError: the array is no head of this network.
     """
-    if head.ndim != 4 or head.shape[:2] != (1, HEAD_PLANES) or INPUT_HEIGHT % head.shape[2]:
+    if head.ndim != 4 or head.shape[:2] != (1, HEAD_PLANES) or input_height % head.shape[2]:
         raise ValueError(
             f"an output has the shape {head.shape}; a head has (1, {HEAD_PLANES}, rows, columns)"
         )
-    stride = INPUT_HEIGHT // head.shape[2]
-    if head.shape[3] * stride != INPUT_WIDTH:
+    stride = input_height // head.shape[2]
+    if head.shape[3] * stride != input_width:
         raise ValueError(
-            f"a head has {head.shape[2]} x {head.shape[3]} cells; {INPUT_HEIGHT} x {INPUT_WIDTH} pixels have not"
+            f"a head has {head.shape[2]} x {head.shape[3]} cells; {input_height} x {input_width} pixels have not"
         )
     return int(stride)
 
 
 def decode_heads(
-    heads: Sequence[Float32Array], letterbox: Letterbox, frame_width: int, frame_height: int, score_min: float
+    heads: Sequence[Float32Array],
+    letterbox: Letterbox,
+    frame_width: int,
+    frame_height: int,
+    score_min: float,
+    input_height: int = INPUT_HEIGHT,
+    input_width: int = INPUT_WIDTH,
 ) -> list[ScoredBox]:
     """Boxes of one frame, best score first.
 
     `heads` are float32 (1, 5, rows, columns): logit, then the distances l, t, r, b from a cell's centre to the edges in
     strides. Cells with numbers that are none are left out.
     """
-    ordered = sorted(heads, key=stride_of)
-    rows = np.concatenate([_cells(head) for head in ordered])
+    strides = [stride_of(head, input_height, input_width) for head in heads]
+    ordered = sorted(zip(strides, heads), key=lambda pair: pair[0])
+    rows = np.concatenate([_cells(head, stride) for stride, head in ordered])
     logit_min = _logit(score_min)
     with np.errstate(invalid="ignore"):
         rows = rows[(rows[:, 0] >= logit_min) & np.isfinite(rows).all(axis=1)]
@@ -115,9 +132,8 @@ def _logit(score: float) -> float:
     return math.log(score / (1.0 - score)) if score < 1.0 else math.inf
 
 
-def _cells(head: Float32Array) -> FloatArray:
+def _cells(head: Float32Array, stride: int) -> FloatArray:
     """(cells, 5): logit, left, top, right, bottom in pixels of the network's input."""
-    stride = stride_of(head)
     planes = head[0].reshape(HEAD_PLANES, -1).astype(np.float64)
     y, x = np.divmod(np.arange(planes.shape[1]), head.shape[3])
     u, v = (x + 0.5) * stride, (y + 0.5) * stride

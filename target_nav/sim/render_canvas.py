@@ -111,7 +111,8 @@ class Canvas:
         seen = cv2.remap(
             texture_bgr, np.ascontiguousarray(map_x), map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
         )
-        np.copyto(self.image_bgr[row0 : row0 + len(mask), columns], seen, where=mask[:, :, None])
+        # Several times as fast as NumPy's where= over three channels.
+        cv2.copyTo(seen, mask.view(np.uint8), self.image_bgr[row0 : row0 + len(mask), columns])
 
     def _span(
         self, first: int, depth_m: FloatArray, bottom_m: float, top_m: float

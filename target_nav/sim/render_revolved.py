@@ -162,10 +162,10 @@ def _blend(
     b2 = b_m * b_m
     entry_m = np.broadcast_to(abeam_m, rise.shape)
     for _ in range(ENTRY_STEPS):
-        radius_m = radii[index_at(entry_m)]
+        radius_m = radii.take(index_at(entry_m))
         entry_m = abeam_m - np.sqrt(np.maximum(radius_m * radius_m - b2, 0.0))
     index = index_at(entry_m)
-    radius_m = radii[index]
+    radius_m = radii.take(index)
     pixel_m = abeam_m / np.float32(view.focal_px)
     height_m = np.float32(view.height_over_floor_m) + entry_m * rise
     cover = np.clip((radius_m - np.abs(b_m)) / pixel_m + 0.5, 0.0, 1.0)
@@ -174,9 +174,11 @@ def _blend(
     depth = entry_m * cos
     nearest = canvas.depth_m[rows, columns]
     cover *= depth < nearest
+    if not cover.any():
+        return
     sideways = np.asarray(b_m / np.maximum(radius_m, np.float32(1e-4)), np.float32)
     shade = _shade(body, index, sideways, view.camera_in_world.yaw_rad + bearing_rad)
-    colours = np.minimum(body.colours_bgr[index] * shade[:, :, None], 255.0)
+    colours = np.minimum(body.colours_bgr.take(index, axis=0) * shade[:, :, None], 255.0)
     picture = canvas.image_bgr[rows, columns]
     picture[:] = (picture + cover[:, :, None] * (colours - picture)).astype(np.uint8)
     np.copyto(nearest, depth, where=cover > 0.5)
@@ -186,7 +188,7 @@ def _shade(
     body: Revolved, index: NDArray[np.int32], sideways: Float32Array, ray_yaw_rad: float
 ) -> Float32Array:
     """Brightness per pixel: Lambert's law with the light of the window, and a little more from above."""
-    flat, up = body.flat[index], body.up[index]
+    flat, up = body.flat.take(index), body.up.take(index)
     right = np.clip(sideways, -1.0, 1.0)
     toward = np.sqrt(1.0 - right * right)
     level = math.cos(LIGHT_ELEVATION_RAD)

@@ -10,7 +10,8 @@
 
 namespace yolo_cam {
 
-DetectorLoop::DetectorLoop(const Options& options, FrameSource& source, InferenceBackend& backend, Watchdog& watchdog)
+DetectorLoop::DetectorLoop(const Options& options, FrameSource& source, InferenceBackend& backend,
+                           InferenceBackend& look_backend, Watchdog& watchdog)
     : options_(options),
       source_(source),
       backend_(backend),
@@ -18,6 +19,7 @@ DetectorLoop::DetectorLoop(const Options& options, FrameSource& source, Inferenc
       calibrations_(options.source.prefix),
       detections_(options.source.prefix),
       pictures_(options.source.prefix),
+      looker_(look_backend),
       times_(options.report_every_s, monotonic_s()) {}
 
 bool DetectorLoop::step() {
@@ -51,9 +53,15 @@ bool DetectorLoop::step() {
   watchdog_.beat("running the network");
   const auto& heads = backend_.run(input);
   lap(Stage::Infer);
-  watchdog_.beat("writing boxes and picture");
-  const auto boxes = decode(heads, letterbox_.placement(), image.cols, image.rows, options_.limits);
+  DecoderLimits glance = options_.limits;
+  glance.score_min = std::min(glance.score_min, GLANCE_SCORE_MIN);
+  const auto glanced = decode(heads, letterbox_.placement(), image.cols, image.rows, glance);
   lap(Stage::Decode);
+  watchdog_.beat("looking again");
+  const auto look = [&](const Part& part) { return looker_.look(image, part, options_.limits); };
+  const auto boxes = look_again(glanced, look, image.cols, image.rows, options_.limits);
+  lap(Stage::Look);
+  watchdog_.beat("writing boxes and picture");
   // Boxes first: the robot waits for them, a person for the picture.
   detections_.write(picture->stamp_s, picture->frame_id, boxes, options_.class_name);
   times_.add(Stage::Total, monotonic_s() - picture->stamp_s);

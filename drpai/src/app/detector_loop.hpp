@@ -9,6 +9,7 @@
 #include "common/latency.hpp"
 #include "detect/inference_backend.hpp"
 #include "detect/letterbox.hpp"
+#include "detect/second_look.hpp"
 #include "detect/undistort.hpp"
 #include "ipc/channel_reader.hpp"
 #include "ipc/channel_writer.hpp"
@@ -18,8 +19,10 @@ namespace yolo_cam {
 
 class DetectorLoop {
  public:
+  // `look_backend` runs the second look; it may be `backend` itself.
   // Throws DeviceError: another detector writes the channels.
-  DetectorLoop(const Options& options, FrameSource& source, InferenceBackend& backend, Watchdog& watchdog);
+  DetectorLoop(const Options& options, FrameSource& source, InferenceBackend& backend, InferenceBackend& look_backend,
+               Watchdog& watchdog);
 
   // At most one picture; whether there was one.
   // Throws DeviceError: pictures of another size than configured, for ranges would be wrong.
@@ -39,6 +42,7 @@ class DetectorLoop {
   PictureWriter pictures_;
   Undistorter undistorter_;
   Letterbox letterbox_;
+  PartLooker looker_;
   StageTimes times_;
   std::optional<Lens> lens_;
   std::string wanted_class_;

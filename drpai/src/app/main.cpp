@@ -54,12 +54,13 @@ int run(const Options& options) {
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   const double begin_s = monotonic_s();
   const auto backend = make_backend(options.backend, options.model, options.drpai_frequency);
+  const auto look_backend = make_look_backend(options.backend, options.model);
   const auto source = open_source(options.source);
   Watchdog watchdog(options.watchdog_s, [&](const std::string& where) {
     log::error("stood still for " + std::to_string(options.watchdog_s) + " s while " + where + "; ended by its watchdog");
     ::_exit(EXIT_FAILED);
   });
-  DetectorLoop loop(options, *source, *backend, watchdog);
+  DetectorLoop loop(options, *source, *backend, look_backend ? *look_backend : *backend, watchdog);
   log::info(backend->description() + ", model " + options.model + ", source " + options.source.source + ", ready after " +
             std::to_string(static_cast<int>(1e3 * (monotonic_s() - begin_s))) + " ms");
   report_ready();

@@ -19,7 +19,7 @@ std::string formatted(const char* format, const char* name, const Quantiles& q) 
 }  // namespace
 
 const char* name_of(Stage stage) {
-  constexpr std::array<const char*, STAGES> NAMES{"arrive", "undistort", "prepare", "infer", "decode", "publish", "total"};
+  constexpr std::array<const char*, STAGES> NAMES{"arrive", "undistort", "prepare", "infer", "decode", "look", "publish", "total"};
   return NAMES.at(static_cast<std::size_t>(stage));
 }
 

@@ -10,8 +10,8 @@
 namespace yolo_cam {
 
 // In the order in which a frame goes through them.
-enum class Stage : std::size_t { Arrive, Undistort, Prepare, Infer, Decode, Publish, Total };
-constexpr std::size_t STAGES = 7;
+enum class Stage : std::size_t { Arrive, Undistort, Prepare, Infer, Decode, Look, Publish, Total };
+constexpr std::size_t STAGES = 8;
 const char* name_of(Stage stage);
 
 struct Quantiles {

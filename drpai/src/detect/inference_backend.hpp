@@ -12,6 +12,16 @@ constexpr int INPUT_HEIGHT = 256;
 constexpr int INPUT_CHANNELS = 3;
 constexpr int INPUT_VALUES = INPUT_CHANNELS * INPUT_HEIGHT * INPUT_WIDTH;
 
+// The network is fully convolutional: it also takes smaller pictures, whose sides are multiples of its largest stride.
+struct InputSize {
+  int width;
+  int height;
+
+  std::size_t values() const { return static_cast<std::size_t>(INPUT_CHANNELS) * width * height; }
+};
+
+constexpr InputSize WHOLE_INPUT{INPUT_WIDTH, INPUT_HEIGHT};
+
 // Planes of a head: the logit of "the target's box is here", and the distances from the cell's centre to the box's
 // left, top, right and bottom, >= 0, in units of the stride.
 constexpr int HEAD_PLANES = 5;
@@ -33,15 +43,18 @@ class InferenceBackend {
   InferenceBackend& operator=(InferenceBackend&&) = delete;
   virtual ~InferenceBackend() = default;
 
-  // `input` holds INPUT_VALUES floats. Throws DeviceError when the network or its hardware fails.
+  // Of the picture that `run` takes.
+  virtual InputSize input_size() const { return WHOLE_INPUT; }
+
+  // `input` holds input_size().values() floats. Throws DeviceError when the network or its hardware fails.
   virtual const std::vector<HeadTensor>& run(const float* input) = 0;
 
   // For the log: which library, which version.
   virtual std::string description() const = 0;
 };
 
-// The stride of a head with so many values: INPUT / stride cells each way. Throws DeviceError if none fits, naming
+// The stride of a head with so many values: input / stride cells each way. Throws DeviceError if none fits, naming
 // `where`.
-int stride_of_values(std::size_t values, const std::string& where);
+int stride_of_values(std::size_t values, const std::string& where, InputSize input = WHOLE_INPUT);
 
 }  // namespace yolo_cam

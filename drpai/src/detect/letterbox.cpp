@@ -6,13 +6,8 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "detect/inference_backend.hpp"
-
 namespace yolo_cam {
 namespace {
-
-// The grey of the bars: what the network was trained with.
-constexpr float BAR = 114.0F / 255.0F;
 
 constexpr std::array<float, 256> unit_values() {
   std::array<float, 256> table{};
@@ -34,29 +29,33 @@ Placement placement_of(int picture_width, int picture_height) {
   return {scale, (INPUT_WIDTH - width) / 2, (INPUT_HEIGHT - height) / 2, width, height};
 }
 
-Letterbox::Letterbox() : input_(INPUT_VALUES, BAR) {}
-
-const float* Letterbox::prepare(const cv::Mat& image_bgr) {
-  const Placement placement = placement_of(image_bgr.cols, image_bgr.rows);
-  if (placement.width != placement_.width || placement.height != placement_.height) {
-    std::fill(input_.begin(), input_.end(), BAR);
-    placement_ = placement;
-  }
-  // At exactly one half both ways of shrinking are the mean of four pixels.
-  const int method = placement.scale < 1.0 ? cv::INTER_AREA : cv::INTER_LINEAR;
-  cv::resize(image_bgr, scaled_, {placement.width, placement.height}, 0.0, 0.0, method);
-  constexpr std::size_t PLANE = static_cast<std::size_t>(INPUT_HEIGHT) * INPUT_WIDTH;
-  for (int row = 0; row < placement.height; ++row) {
-    const auto* from = scaled_.ptr<std::uint8_t>(row);
-    float* red = input_.data() + static_cast<std::size_t>(placement.top + row) * INPUT_WIDTH + placement.left;
-    float* green = red + PLANE;
-    float* blue = green + PLANE;
-    for (int column = 0; column < placement.width; ++column, from += INPUT_CHANNELS) {
+void fill_planes(const cv::Mat& image_bgr, int left, int top, InputSize size, std::vector<float>& input) {
+  const std::size_t plane = static_cast<std::size_t>(size.height) * size.width;
+  for (int row = 0; row < image_bgr.rows; ++row) {
+    const auto* from = image_bgr.ptr<std::uint8_t>(row);
+    float* red = input.data() + static_cast<std::size_t>(top + row) * size.width + left;
+    float* green = red + plane;
+    float* blue = green + plane;
+    for (int column = 0; column < image_bgr.cols; ++column, from += INPUT_CHANNELS) {
       blue[column] = UNIT[from[0]];
       green[column] = UNIT[from[1]];
       red[column] = UNIT[from[2]];
     }
   }
+}
+
+Letterbox::Letterbox() : input_(INPUT_VALUES, PAD) {}
+
+const float* Letterbox::prepare(const cv::Mat& image_bgr) {
+  const Placement placement = placement_of(image_bgr.cols, image_bgr.rows);
+  if (placement.width != placement_.width || placement.height != placement_.height) {
+    std::fill(input_.begin(), input_.end(), PAD);
+    placement_ = placement;
+  }
+  // At exactly one half both ways of shrinking are the mean of four pixels.
+  const int method = placement.scale < 1.0 ? cv::INTER_AREA : cv::INTER_LINEAR;
+  cv::resize(image_bgr, scaled_, {placement.width, placement.height}, 0.0, 0.0, method);
+  fill_planes(scaled_, placement.left, placement.top, WHOLE_INPUT, input_);
   return input_.data();
 }
 

@@ -5,6 +5,8 @@
 
 #include <opencv2/core.hpp>
 
+#include "detect/inference_backend.hpp"
+
 namespace yolo_cam {
 
 // How the picture lies in the network's input: input = picture * scale + offset.
@@ -17,6 +19,12 @@ struct Placement {
 };
 
 Placement placement_of(int picture_width, int picture_height);
+
+// The grey of the bars: what the network was trained with.
+constexpr float PAD = 114.0F / 255.0F;
+
+// Writes `image_bgr` into the planes of `input`, which are of `size`, at a column and a row: RGB, 0 to 1.
+void fill_planes(const cv::Mat& image_bgr, int left, int top, InputSize size, std::vector<float>& input);
 
 class Letterbox {
  public:

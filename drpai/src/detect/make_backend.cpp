@@ -2,6 +2,7 @@
 
 #include "common/error.hpp"
 #include "detect/opencv_backend.hpp"
+#include "detect/second_look.hpp"
 #ifdef WITH_DRPAI
 #include "detect/drpai_backend.hpp"
 #endif
@@ -21,6 +22,10 @@ std::unique_ptr<InferenceBackend> make_backend(const std::string& name, const st
 #endif
   }
   throw DeviceError("--backend is '" + name + "'; it must be cpu or drpai");
+}
+
+std::unique_ptr<InferenceBackend> make_look_backend(const std::string& name, const std::string& model) {
+  return name == "cpu" ? std::make_unique<OpencvBackend>(model, LOOK_INPUT) : nullptr;
 }
 
 }  // namespace yolo_cam

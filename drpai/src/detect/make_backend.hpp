@@ -11,4 +11,8 @@ namespace yolo_cam {
 // this program was built without.
 std::unique_ptr<InferenceBackend> make_backend(const std::string& name, const std::string& model, int drpai_frequency);
 
+// What the second look runs on: on the processor the network once more, for a part's size; nothing on the accelerator,
+// where the first one looks at parts as well, in a corner of its input.
+std::unique_ptr<InferenceBackend> make_look_backend(const std::string& name, const std::string& model);
+
 }  // namespace yolo_cam

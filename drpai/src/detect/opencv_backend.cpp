@@ -39,31 +39,34 @@ cv::dnn::Net read_network(const std::string& path) {
 
 }  // namespace
 
-OpencvBackend::OpencvBackend(const std::string& model_path)
-    : model_path_(model_path), network_(read_network(model_path)), output_names_(network_.getUnconnectedOutLayersNames()) {
-  const std::vector<float> grey(INPUT_VALUES, 0.5F);
+OpencvBackend::OpencvBackend(const std::string& model_path, InputSize input_size)
+    : model_path_(model_path),
+      input_size_(input_size),
+      network_(read_network(model_path)),
+      output_names_(network_.getUnconnectedOutLayersNames()) {
+  const std::vector<float> grey(input_size.values(), 0.5F);
   run(grey.data());
   check_heads();
 }
 
 const std::vector<HeadTensor>& OpencvBackend::run(const float* input) {
-  const int shape[] = {1, INPUT_CHANNELS, INPUT_HEIGHT, INPUT_WIDTH};
+  const int shape[] = {1, INPUT_CHANNELS, input_size_.height, input_size_.width};
   // The header only reads: OpenCV's Mat cannot say so.
   const cv::Mat blob(4, shape, CV_32F, const_cast<float*>(input));
   try {
     network_.setInput(blob);
     network_.forward(outputs_, output_names_);
   } catch (const cv::Exception& error) {
-    throw DeviceError("model " + model_path_ + " fails on a picture of 320x256 in OpenCV " CV_VERSION ": " +
-                      first_line(error.err) + "; is it the network of deploy/model?");
+    throw DeviceError("model " + model_path_ + " fails on a picture of " + std::to_string(input_size_.width) + "x" +
+                      std::to_string(input_size_.height) + " in OpenCV " CV_VERSION ": " + first_line(error.err) + "; is it the network of deploy/model?");
   }
   heads_.clear();
   for (const cv::Mat& output : outputs_) {
     if (output.dims != 4 || output.size[0] != 1 || output.size[1] != HEAD_PLANES || output.type() != CV_32F ||
         !output.isContinuous()) {
-      throw DeviceError("model " + model_path_ + " has an output that is no head; each must be float32 [1, 5, 256/s, 320/s]");
+      throw DeviceError("model " + model_path_ + " has an output that is no head; each must be float32 [1, 5, height/s, width/s]");
     }
-    const int stride = stride_of_values(output.total(), "model " + model_path_);
+    const int stride = stride_of_values(output.total(), "model " + model_path_, input_size_);
     heads_.push_back({stride, output.size[2], output.size[3], output.ptr<float>()});
   }
   std::sort(heads_.begin(), heads_.end(), [](const HeadTensor& a, const HeadTensor& b) { return a.stride < b.stride; });
@@ -78,7 +81,7 @@ void OpencvBackend::check_heads() {
   }
   for (const HeadTensor& head : heads_) {
     const auto values = static_cast<std::size_t>(HEAD_PLANES) * head.rows * head.columns;
-    if (head.rows != INPUT_HEIGHT / head.stride ||
+    if (head.rows != input_size_.height / head.stride ||
         !std::all_of(head.values, head.values + values, [](float value) { return std::isfinite(value); })) {
       throw DeviceError("model " + model_path_ + " answers nonsense to a grey picture; it may be corrupt, fetch it again");
     }

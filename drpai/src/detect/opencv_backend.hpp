@@ -13,8 +13,9 @@ namespace yolo_cam {
 class OpencvBackend final : public InferenceBackend {
  public:
   // Throws DeviceError: the file is not there, is no network that OpenCV reads, or has other outputs than heads.
-  explicit OpencvBackend(const std::string& model_path);
+  explicit OpencvBackend(const std::string& model_path, InputSize input_size = WHOLE_INPUT);
 
+  InputSize input_size() const override { return input_size_; }
   const std::vector<HeadTensor>& run(const float* input) override;
   std::string description() const override;
 
@@ -22,6 +23,7 @@ class OpencvBackend final : public InferenceBackend {
   void check_heads();
 
   std::string model_path_;
+  InputSize input_size_;
   cv::dnn::Net network_;
   std::vector<cv::String> output_names_;
   std::vector<cv::Mat> outputs_;
