@@ -113,11 +113,11 @@ class Coverage:
 
         Of floor that the LiDAR has not been through either, a little counts: it may as well be a wall's inside.
         """
-        rows, columns, sees = self._rays(spots_m, self.ray_angles_rad, _GAIN_STEP_M, self.sure_m)
-        sees &= np.cumsum(~self._known[rows, columns], axis=2, dtype=np.int16) <= _UNKNOWN_STEPS
-        unseen = sees & (self._looks[rows, columns] < _LOOKS)
-        radius = _NEAREST_M + np.arange(rows.shape[2]) * _GAIN_STEP_M
-        area: FloatArray = (unseen * radius).sum(axis=2) * (_GAIN_STEP_M * 2.0 * math.pi / _GAIN_RAYS)
+        cells, sees = self._rays(spots_m, self.ray_angles_rad, _GAIN_STEP_M, self.sure_m)
+        sees &= np.cumsum((~self._known).take(cells), axis=2, dtype=np.int16) <= _UNKNOWN_STEPS
+        sees &= (self._looks < _LOOKS).take(cells)
+        radius = _NEAREST_M + np.arange(cells.shape[2]) * _GAIN_STEP_M
+        area: FloatArray = (sees @ radius) * (_GAIN_STEP_M * 2.0 * math.pi / _GAIN_RAYS)
         return area
 
     def _block(self, points_m: FloatArray) -> None:
@@ -134,28 +134,34 @@ class Coverage:
 
     def _rays(
         self, spots_m: FloatArray, angles_rad: FloatArray, step_m: float, range_m: float
-    ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
-        """Rows and columns of samples along rays from each spot, shape (K, rays, steps), and which are in sight."""
+    ) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+        """Flat indices of samples along rays from each spot, shape (K, rays, steps), and which are in sight."""
         radius = np.arange(_NEAREST_M, max(range_m, 2.0 * _NEAREST_M), step_m)
         along = np.multiply.outer(np.column_stack([np.cos(angles_rad), np.sin(angles_rad)]), radius)
         offsets = (spots_m - self._origin) / _CELL_M + _HALF
         x = offsets[:, 0, None, None] + along[:, 0] / _CELL_M
         y = offsets[:, 1, None, None] + along[:, 1] / _CELL_M
-        columns = np.clip(np.rint(x), 0, _SIDE - 1).astype(np.intp)
-        rows = np.clip(np.rint(y), 0, _SIDE - 1).astype(np.intp)
-        sees = ~np.logical_or.accumulate(self._shade[rows, columns], axis=2)
-        inside = (x >= 0.0) & (x <= _SIDE - 1) & (y >= 0.0) & (y <= _SIDE - 1)
-        return rows, columns, sees & inside
+        reach = float(radius[-1]) / _CELL_M
+        surely_inside = (
+            offsets.min() >= reach and offsets.max() <= _SIDE - 1 - reach if len(offsets) else True
+        )
+        inside = True if surely_inside else (x >= 0.0) & (x <= _SIDE - 1) & (y >= 0.0) & (y <= _SIDE - 1)
+        if not surely_inside:
+            x, y = np.clip(x, 0, _SIDE - 1), np.clip(y, 0, _SIDE - 1)
+        cells = (np.rint(y) * _SIDE + np.rint(x)).astype(np.intp)
+        sees: NDArray[np.bool_] = ~np.logical_or.accumulate(self._shade.take(cells), axis=2)
+        return cells, sees & inside
 
     def _in_sight(
         self, pose_in_odom: Pose2D, angles_rad: FloatArray, step_m: float, range_m: float, free_m: FloatArray
     ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Rows and columns of the cells in sight along rays from where the robot is; `free_m` by `_ray_of`."""
         here = np.array([[pose_in_odom.x_m, pose_in_odom.y_m]])
-        rows, columns, sees = self._rays(here, angles_rad, step_m, range_m)
-        radius = _NEAREST_M + np.arange(rows.shape[2]) * step_m
+        cells, sees = self._rays(here, angles_rad, step_m, range_m)
+        radius = _NEAREST_M + np.arange(cells.shape[2]) * step_m
         sees[0] &= radius < free_m[_ray_of(angles_rad), None]
-        return rows[sees], columns[sees]
+        rows, columns = np.divmod(cells[sees], _SIDE)
+        return rows, columns
 
     def _cells(self, points_m: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         index = np.clip(np.rint((points_m - self._origin) / _CELL_M) + _HALF, 0, _SIDE - 1).astype(np.intp)

@@ -20,11 +20,11 @@ from target_nav.state.types import FloatArray
 
 _STOP_S = 4.0
 """What stopping at a place to look round costs, beside the way to it."""
-_ASKED_A_TICK = 16
+_ASKED_A_TICK = 24
 _NEWLY_KNOWN = 2.0
 """A place may show so much more than before, of the floor that has come to be known since, as it opens the view on."""
 _ANYTHING_M2 = 1e6
-_MOST_TICKS = 30
+_MOST_TICKS = 20
 """After so many the best that was asked is taken: 480 places."""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -147,3 +148,50 @@ def test_a_straight_way_needs_no_route() -> None:
     assert drive.twist == Twist2D(0.2, 0.0, 0.0)
     assert drive.cost_to_go_m == pytest.approx(1.0)
     assert driver.route is None
+
+
+def plans_of(driver: Driver, busy: list[bool], start_s: float = 0.0) -> list[int]:
+    """The ticks in which a plan was made, for a box that hides the goal."""
+    planned: list[int] = []
+    box = wall(0.9, -0.3, 0.9, 0.3)
+    for tick, is_busy in enumerate(busy):
+
+        def goals(_: FloatArray, tick: int = tick) -> FloatArray:
+            planned.append(tick)
+            return spots((2.0, 0.0))
+
+        seen = view(start_s + tick * DT, obstacles=box)
+        driver.drive(replace(seen, is_busy=is_busy), goals, speed_mps=0.2)
+    return planned
+
+
+def test_a_plan_waits_for_a_tick_without_a_scan() -> None:
+    busy = [tick % 4 == 0 for tick in range(24)]
+    planned = plans_of(Driver(CONFIG), busy)
+    assert planned[0] == 0, "without any plan it does not wait"
+    assert not any(busy[tick] for tick in planned[1:])
+
+
+def test_but_not_for_long() -> None:
+    planned = plans_of(Driver(CONFIG), [True] * 40)
+    gaps = np.diff(planned)
+    assert len(gaps) >= 4
+    assert gaps.max() * DT <= 0.3 + 0.1 + DT + 1e-9
+
+
+def test_a_straight_way_that_closes_in_a_busy_tick_is_planned_round_in_the_next() -> None:
+    driver = Driver(CONFIG)
+    planned: list[float] = []
+
+    def goals(_: FloatArray) -> FloatArray:
+        planned.append(1.0)
+        return spots((2.0, 0.0))
+
+    driver.drive(view(0.0), goals, speed_mps=0.2, straight_to_m=(2.0, 0.0))
+    closed = wall(0.6, -0.3, 0.6, 0.3)
+    busy = driver.drive(replace(view(DT, obstacles=closed), is_busy=True), goals, speed_mps=0.2)
+    assert planned == []
+    assert busy.reason != "no way"
+    assert busy.twist != STOP, "it goes on, with avoidance looking after that tick"
+    driver.drive(replace(view(2 * DT, obstacles=closed), is_busy=True), goals, speed_mps=0.2)
+    assert len(planned) == 1

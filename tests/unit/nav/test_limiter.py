@@ -317,3 +317,24 @@ def test_reset_begins_from_standstill() -> None:
     cruise(limiter, FORWARD)
     limiter.reset()
     assert limit(limiter, ask(FORWARD)).twist.vx_mps == pytest.approx(ROBOT.max_accel_mps2 * DT)
+
+
+@settings(max_examples=60)
+@given(twists, st.integers(0, 12), st.floats(0.0, 0.4), st.floats(-0.1, 0.1))
+def test_a_stop_for_safety_is_as_short_as_without_a_limit_of_jerk(
+    twist: Twist2D, ticks: int, ahead: float, aside: float
+) -> None:
+    """Stopping because nobody asks or something is near: the limit of jerk makes no tick of it faster."""
+    smooth, harsh = (
+        VelocityLimiter(CONFIG.override({"robot.max_jerk_mps3": jerk, "robot.max_yaw_jerk_radps3": yaw}))
+        for jerk, yaw in ((0.5, 1.0), (1000.0, 5000.0))
+    )
+    for _ in range(ticks + 60):
+        limit(smooth, ask(twist)), limit(harsh, ask(twist))
+    near = points((0.16 + ahead, aside))
+    for obstacles, request in ((near, ask(twist)), (NO_POINTS, None)):
+        for _ in range(6):
+            one = limit(smooth, request, obstacles).twist
+            other = limit(harsh, request, obstacles).twist
+            assert one.speed_mps <= other.speed_mps + 1e-6
+            assert abs(one.wz_radps) <= abs(other.wz_radps) + 1e-6

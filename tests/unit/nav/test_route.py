@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from target_nav.config import Config
 from target_nav.nav.route import RoutePlanner
@@ -142,3 +144,34 @@ def test_costs_to_spots() -> None:
     assert math.isinf(costs[1])
     assert 2.3 < costs[2] < 4.5
     assert costs[3] == LIMIT_M, "out of the window anything may be"
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.tuples(st.floats(-2.5, 2.5), st.floats(-2.5, 2.5)), max_size=30))
+def test_costs_to_spots_are_those_of_routes_there_to_a_metre_and_a_tenth(
+    cloud: list[tuple[float, float]],
+) -> None:
+    obstacles = np.array([p for p in cloud if math.hypot(*p) > 0.5]).reshape(-1, 2)
+    spots = points((2.0, 1.0), (-1.5, 2.0), (0.5, -2.4))
+    costs = RoutePlanner(CONFIG).costs_to(obstacles, ORIGIN, spots, 40.0)
+    for (x, y), cost in zip(spots.tolist(), costs.tolist()):
+        route = RoutePlanner(CONFIG).plan(obstacles, ORIGIN, goal(x, y), 40.0)
+        if route is not None:
+            # the nearest of the cells two tenths round it, in steps of 0.8 m, and least of two by two cells
+            assert cost <= 1.1 * route.cost_m + 1.0
+
+
+def test_no_wall_gets_a_hole_on_the_coarse_grid() -> None:
+    room = np.vstack(
+        [wall_at(1.0, bearing) for bearing in np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False)]
+    )
+    outside = points((2.5, 0.0), (0.0, 2.6), (-2.0, -2.0))
+    assert np.isinf(RoutePlanner(CONFIG).costs_to(room, ORIGIN, outside, 40.0)).all()
+
+
+def wall_at(range_m: float, bearing_rad: float) -> FloatArray:
+    """One side of an octagon round the robot, a point each 8 cm."""
+    half_m = 1.1 * range_m * math.tan(math.pi / 8.0)
+    along = np.arange(-half_m, half_m, 0.08)
+    c, s = math.cos(bearing_rad), math.sin(bearing_rad)
+    return np.column_stack([c * range_m - s * along, s * range_m + c * along])

@@ -10,7 +10,7 @@ import pytest
 
 from target_nav.config import Config, LidarConfig
 from target_nav.nav.poses import PoseHistory
-from target_nav.nav.scan_points import deskewed_points_in_odom
+from target_nav.nav.scan_points import ScanPlacer, deskewed_points_in_odom
 from target_nav.state.types import Odometry, Pose2D, Scan, Twist2D
 from tests.unit.nav.scripted_world import Drive, World
 
@@ -117,3 +117,29 @@ def test_single_precision_ranges_are_taken() -> None:
     points = deskewed_points_in_odom(scan, still(), LidarConfig())
     assert points is not None
     assert points.points_in_odom_m.dtype == np.float64
+
+
+def test_a_scan_is_placed_once_until_a_newer_odometry_may_place_it_better() -> None:
+    world = World(walls=ROOM, drive=Drive(Pose2D(), ((3.0, Twist2D(0.3, 0.0, 0.0)),)))
+    scan, poses = world.scan(11.5), world.poses(11.6, since_s=10.5)
+    placer = ScanPlacer(world.config.lidar)
+    first = placer.place(scan, poses)
+    assert first is not None
+    assert placer.place(scan, poses) is first
+    poses.add(world.odometry(11.75))
+    again = placer.place(scan, poses)
+    assert again is not first
+    expected = deskewed_points_in_odom(scan, poses, world.config.lidar)
+    assert again is not None
+    assert expected is not None
+    assert (again.points_in_odom_m == expected.points_in_odom_m).all()
+
+
+def test_a_scan_that_odometry_does_not_cover_is_placed_when_it_does() -> None:
+    world = World(walls=ROOM)
+    scan, poses = world.scan(11.5), world.poses(11.2, since_s=10.5)
+    placer = ScanPlacer(world.config.lidar)
+    assert placer.place(scan, poses) is None
+    poses.add(world.odometry(11.4))
+    poses.add(world.odometry(11.7))
+    assert placer.place(scan, poses) is not None

@@ -232,3 +232,21 @@ def test_it_gives_way_only_to_the_same_rival_for_the_whole_time() -> None:
     assert candidates.choose(1.4, ORIGIN) is chosen
     assert candidates.choose(1.6, ORIGIN) is chosen
     assert candidates.choose(2.5, ORIGIN) is second
+
+
+def test_between_two_scans_drift_counts_little_and_after_half_a_metre_as_much_as_to_the_camera() -> None:
+    """Drift is a wrong scale: the way since the last fix decides how much of it there is for each metre more."""
+    candidate = seen(2.0)
+    take_fixes(candidate, fix_at(2.0))
+    take_fixes(candidate, fix_at(2.0, stamp_s=1.2))
+    assert candidate.fused is not None
+    per_metre: list[float] = []
+    for way_m in (0.02, 0.04, 0.2, 0.4, 0.8, 1.2):
+        before = candidate.since
+        travel = Travel(before.time_s, way_m, 0.0)
+        per_metre.append(candidate.growth(ORIGIN, travel)[0] / (way_m - before.way_m))
+        candidate.catch_up(ORIGIN, travel)
+    assert per_metre == pytest.approx(sorted(per_metre))
+    assert per_metre[0] == pytest.approx(per_metre[1])
+    assert per_metre[-1] == pytest.approx(CONFIG.track.drift_sigma**2)
+    assert per_metre[0] < 0.2 * per_metre[-1]
