@@ -23,8 +23,8 @@ from target_nav.sim.arena import Arena, load_arena
 from target_nav.state.types import Pose2D
 from target_nav.utils.frames import wrap_angle
 
-SEEDS = range(101, 131)
-PIXEL_SEEDS = range(101, 111)
+SEEDS = range(201, 231)
+PIXEL_SEEDS = range(201, 211)
 LIMIT_DEG, BEARING_LIMIT_DEG = 6.0, 3.0
 FAR_M, FAR_ASIDE_DEG = 3.8, 8.0
 """Where the two poses are hardest to tell apart: far off and nearly from straight ahead."""

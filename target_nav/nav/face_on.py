@@ -15,8 +15,8 @@ from target_nav.nav.staging import approach_spots
 from target_nav.state.types import FloatArray, Pose2D
 from target_nav.utils.frames import to_child, wrap_angle
 
-SQUARE_RAD = 0.035
-"""Driven to: 24 mm aside at 0.68 m."""
+SQUARE_RAD = 0.02
+"""Driven to: 14 mm aside at 0.68 m."""
 SQUARE_THERE_RAD = 0.09
 """Enough for who stands on the spot as exactly as the route leads there: it ends in the middle of a 5 cm cell."""
 LAST_STRETCH_M = 0.35
