@@ -22,16 +22,20 @@ class SetTarget(MissionLeaf):
         "width_m": PortInformation(
             float, required=True, description="checks shapes, and is twice the radius"
         ),
+        "lidar_width_m": number("width at the LiDAR's height, if that is less", default=0.0),
     }
     OUTPUT_PORTS = {}
-    PORT_LIMITS = {"height_m": (0.01, 5.0), "width_m": (0.01, 5.0)}
+    PORT_LIMITS = {"height_m": (0.01, 5.0), "width_m": (0.01, 5.0), "lidar_width_m": (0.0, 5.0)}
     READS = (keys.TARGET_CHOICE,)
     WRITES = (keys.SPEC,)
 
     def update(self) -> Status:
         chosen: TargetSpec | None = self.read(keys.TARGET_CHOICE)
         spec = chosen or TargetSpec(
-            self.get_input("class"), self.get_input("height_m"), self.get_input("width_m")
+            self.get_input("class"),
+            self.get_input("height_m"),
+            self.get_input("width_m"),
+            self.get_input("lidar_width_m"),
         )
         self.write(keys.SPEC, spec)
         return self.say(f"{spec.class_name}, {spec.height_m:.2f} m x {spec.width_m:.2f} m", Status.SUCCESS)
