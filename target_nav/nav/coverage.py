@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from target_nav.config import CameraConfig
+from target_nav.nav.sight_lines import nearest_by_direction_m
 from target_nav.state.types import FloatArray, Pose2D
 
 _CELL_M = 0.1
@@ -53,6 +54,7 @@ class Coverage:
         self._shade = np.zeros((_SIDE, _SIDE), dtype=np.bool_)
         self._looks = np.zeros((_SIDE, _SIDE), dtype=np.uint8)
         self._known = np.zeros((_SIDE, _SIDE), dtype=np.bool_)
+        self._missing: NDArray[np.bool_] | None = None
         self._reach_m = math.inf
         self._free_m: FloatArray = np.full(_KNOWN_RAYS, math.inf)
 
@@ -74,6 +76,7 @@ class Coverage:
     def look_again(self, range_m: float) -> None:
         """Everything counts as unseen again, and the target as found only within `range_m`."""
         self._looks[:] = 0
+        self._missing = None
         self._range_m = range_m
 
     def update(self, pose_in_odom: Pose2D, points_in_odom_m: FloatArray, reach_m: float) -> None:
@@ -87,6 +90,7 @@ class Coverage:
         free_m = _free_by_ray_m(pose_in_odom, points_in_odom_m)
         rows, columns = self._in_sight(pose_in_odom, angles, _RAY_STEP_M, self.sure_m, free_m)
         self._looks[rows, columns] = np.minimum(self._looks[rows, columns] + 1, _LOOKS)
+        self._missing = None
         # A little less than is in sight: between two returns of a wall seen at a slant there is no way through.
         beside_m = np.minimum(free_m, np.minimum(np.roll(free_m, 1), np.roll(free_m, -1)))
         rows, columns = self._in_sight(pose_in_odom, self._all_round, _GAIN_STEP_M, reach_m, beside_m)
@@ -101,6 +105,7 @@ class Coverage:
         all_round = np.arange(-math.pi, math.pi, _VIEW_RAY_RAD)
         rows, columns = self._in_sight(pose_in_odom, all_round, _RAY_STEP_M, self.sure_m, self._free_m)
         self._looks[rows, columns] = _LOOKS
+        self._missing = None
 
     def is_known_free(self, spots_m: FloatArray) -> NDArray[np.bool_]:
         """Which spots, shape (K, 2), have been in the LiDAR's line of sight and are not blocked."""
@@ -112,10 +117,14 @@ class Coverage:
         """Unseen area that would be seen from each spot, by direction, shape (K, rays). `spots_m` is (K, 2).
 
         Of floor that the LiDAR has not been through either, a little counts: it may as well be a wall's inside.
+        Single cells do not count: along walls some are left over everywhere, and together they would outweigh what lies
+        behind the next corner.
         """
         rows, columns, sees = self._rays(spots_m, self.ray_angles_rad, _GAIN_STEP_M, self.sure_m)
         sees &= np.cumsum(~self._known[rows, columns], axis=2, dtype=np.int16) <= _UNKNOWN_STEPS
-        unseen = sees & (self._looks[rows, columns] < _LOOKS)
+        if self._missing is None:
+            self._missing = _without_crumbs(self._looks < _LOOKS)
+        unseen = sees & self._missing[rows, columns]
         radius = _NEAREST_M + np.arange(rows.shape[2]) * _GAIN_STEP_M
         area: FloatArray = (unseen * radius).sum(axis=2) * (_GAIN_STEP_M * 2.0 * math.pi / _GAIN_RAYS)
         return area
@@ -162,6 +171,16 @@ class Coverage:
         return index[:, 1], index[:, 0]
 
 
+def _without_crumbs(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Only what holds two by two cells: a morphological opening."""
+    square = cells[1:, 1:] & cells[:-1, 1:] & cells[1:, :-1] & cells[:-1, :-1]
+    kept: NDArray[np.bool_] = np.zeros_like(cells)
+    for down in (slice(1, None), slice(None, -1)):
+        for across in (slice(1, None), slice(None, -1)):
+            kept[down, across] |= square
+    return kept
+
+
 def _ray_of(angles_rad: FloatArray) -> NDArray[np.intp]:
     """Index of the nearest of `_KNOWN_RAYS` directions all round; 0 is at -pi."""
     ray: NDArray[np.intp] = np.rint((angles_rad + math.pi) * (_KNOWN_RAYS / (2.0 * math.pi))).astype(np.intp)
@@ -173,8 +192,5 @@ def _free_by_ray_m(pose_in_odom: Pose2D, points_in_odom_m: FloatArray) -> FloatA
 
     Unlike cells, directions as seen from here have no holes: a wall at a slant is a point a beam.
     """
-    free: FloatArray = np.full(_KNOWN_RAYS, math.inf)
-    if len(points_in_odom_m):
-        dx, dy = points_in_odom_m[:, 0] - pose_in_odom.x_m, points_in_odom_m[:, 1] - pose_in_odom.y_m
-        np.minimum.at(free, _ray_of(np.arctan2(dy, dx)), np.hypot(dx, dy))
-    return free
+    dx, dy = points_in_odom_m[:, 0] - pose_in_odom.x_m, points_in_odom_m[:, 1] - pose_in_odom.y_m
+    return nearest_by_direction_m(dx, dy, _KNOWN_RAYS)
