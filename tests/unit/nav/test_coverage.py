@@ -139,3 +139,15 @@ def test_beyond_the_reach_of_the_view_nothing_counts() -> None:
     assert ahead_and_behind(coverage)[0] == 0.0, "what could be seen from here was"
     coverage.update(Pose2D(), NO_POINTS, 3.0)
     assert ahead_and_behind(coverage)[0] > 1.0, "but what lies farther off was not"
+
+
+def test_single_cells_left_over_are_not_worth_going_for() -> None:
+    coverage = known()
+    coverage.settle(Pose2D())
+    for x in np.arange(-2.0, 2.1, 0.4):
+        coverage._looks[100, 120 + round(x / 0.1)] = 0
+    coverage._missing = None
+    assert coverage.unseen_by_ray_m2(HERE).sum() < 0.05
+    coverage._looks[100:102, 120:122] = 0
+    coverage._missing = None
+    assert coverage.unseen_by_ray_m2(HERE).sum() > 0.02
