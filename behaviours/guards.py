@@ -55,12 +55,18 @@ class MissionRequested(MissionLeaf):
 
 
 class InputsFresh(MissionLeaf):
-    """SUCCESS while LiDAR, odometry and camera are younger than their limits; otherwise says which is not."""
+    """SUCCESS while LiDAR, odometry and camera are younger than their limits; otherwise says which is not.
+
+    A mission that looks for nothing needs no camera: `camera_needed="false"`.
+    """
 
     INPUT_PORTS = {
         "scan_max_age_s": number("LiDAR"),
         "odom_max_age_s": number("odometry"),
         "camera_max_age_s": number("detections, empty ones included"),
+        "camera_needed": PortInformation(
+            bool, required=False, description="whether detections are looked at at all", default_value=True
+        ),
     }
     OUTPUT_PORTS = {"reason": text("what is missing, in words")}
     PORT_LIMITS = {"scan_max_age_s": TIME_S, "odom_max_age_s": TIME_S, "camera_max_age_s": TIME_S}
@@ -68,7 +74,7 @@ class InputsFresh(MissionLeaf):
 
     def update(self) -> Status:
         loop = self.config().loop
-        checks = (
+        checks: tuple[tuple[str, keys.Key, str, float, str], ...] = (
             ("scan", keys.SCAN_AGE_S, "scan_max_age_s", loop.scan_max_age_s, "is the LiDAR running?"),
             (
                 "odometry",
@@ -85,6 +91,8 @@ class InputsFresh(MissionLeaf):
                 "are detector and camera running?",
             ),
         )
+        if not self.get_input("camera_needed"):
+            checks = checks[:-1]
         stale = []
         for what, key, port, configured_s, question in checks:
             age_s, limit_s = self.read(key), self.get_input(port, configured_s)
