@@ -160,9 +160,7 @@ def target_of(argument: str) -> TargetSpec | None:
         (lidar_width_m,) = at_lidar or (0.0,)
     except ValueError:
         name = ""
-    if not name or not (
-        low <= height_m <= high and low <= width_m <= high and 0.0 <= lidar_width_m <= high
-    ):
+    if not name or not (low <= height_m <= high and low <= width_m <= high and 0.0 <= lidar_width_m <= high):
         raise ConfigError(
             f"target {argument!r} must be class,height_m,width_m,lidar_width_m, with sizes of {low:g} ... {high:g} m; "
             "the last may be 0 (as wide at the LiDAR's height as everywhere) or left out"

@@ -16,7 +16,9 @@ HALF_WIDTH_M = 0.05
 """Half of the way from one point of a surface to the next, at most: two cells."""
 
 
-def nearest_by_direction_m(dx_m: FloatArray, dy_m: FloatArray, directions: int, turn: float = 0.0) -> FloatArray:
+def nearest_by_direction_m(
+    dx_m: FloatArray, dy_m: FloatArray, directions: int, turn: float = 0.0
+) -> FloatArray:
     """Range of the nearest obstacle by direction, shape (directions,), infinite where there is none.
 
     `dx_m`, `dy_m`, shape (N,), are the points as seen from the place, axes as odom's. Direction k is centred at

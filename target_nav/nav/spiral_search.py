@@ -185,7 +185,8 @@ class SpiralSearch(GuardedSkill):
         spots = spots_round(waypoint)
         shown_m2 = self._coverage.unseen_by_ray_m2(spots[:, :2]).sum(axis=1)
         # the way-point itself is the first
-        return spots[shown_m2 >= _AS_MUCH * shown_m2[0]]
+        as_good: FloatArray = spots[shown_m2 >= _AS_MUCH * shown_m2[0]]
+        return as_good
 
     def _gives_up(self, view: View, drive: Drive) -> bool:
         stalled = self._progress.stalled(view.now_s, view.pose_in_odom, drive.cost_to_go_m)

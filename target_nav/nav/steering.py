@@ -21,9 +21,7 @@ _STRAFE_SIGHT_M = 0.8
 """More free way is asked for to go back to strafing than to leave it."""
 _MOVES_MPS = 0.03
 _TURN_SAMPLES = 8
-_HEADINGS_RAD = tuple(
-    math.radians(sign * degrees) for degrees in range(5, 95, 5) for sign in (1.0, -1.0)
-)
+_HEADINGS_RAD = tuple(math.radians(sign * degrees) for degrees in range(5, 95, 5) for sign in (1.0, -1.0))
 """Nearest first. Beyond a right angle a rectangle that strafes gains nothing."""
 
 
@@ -74,9 +72,7 @@ class BodySteering:
             )
         return chosen
 
-    def heading_that_fits(
-        self, points_m: FloatArray, goal_m: tuple[float, float]
-    ) -> float | None:
+    def heading_that_fits(self, points_m: FloatArray, goal_m: tuple[float, float]) -> float | None:
         """The nearest heading, in base_link, that it can turn to here and go straight towards `goal_m` from.
 
         None: there is none. A body that stands askew between walls fits nowhere but where it stands.

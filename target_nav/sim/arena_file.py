@@ -36,6 +36,8 @@ WORLD_LIMITS_M = (-1000.0, 1000.0)
 SIZE_LIMITS_M = (0.001, 1000.0)
 TIME_LIMITS_S = (1.0, 36_000.0)
 DEFAULT_TIME_LIMIT_S = 120.0
+VELOCITY_LIMITS_MPS = (-0.5, 0.5)
+"""Of a target. The reference robot does 0.3 m/s; what is faster than this it would only ever see leave."""
 LEVEL_LIMITS = (0.0, 9.0)
 
 _SHAPES = {
@@ -156,7 +158,8 @@ class _ArenaReader:
 
     def _object(self, place: str, node: yaml.Node, what: str) -> PlacedObject | None:
         self._places[place] = node
-        keys = self._file.mapping(node, what, required=("class", "x", "y"))
+        moves = ("velocity_mps", "moves_s") if what == "target" else ()
+        keys = self._file.mapping(node, what, required=("class", "x", "y"), optional=moves)
         position = self._position(keys, what)
         if keys is None or "class" not in keys:
             return None
@@ -164,7 +167,18 @@ class _ArenaReader:
         if name is not None and name not in OBJECTS:
             self._file.complain(keys["class"], f"{what}: {unknown_class(name)}")
             return None
-        return PlacedObject(name, *position) if position is not None and name is not None else None
+        velocity: list[float] | None = [0.0, 0.0]
+        moves_s: float | None = math.inf
+        if "velocity_mps" in keys:
+            where = f"{what}'s velocity_mps"
+            velocity = self._file.numbers(
+                keys["velocity_mps"], where, ("x", "y"), VELOCITY_LIMITS_MPS, unit="m/s"
+            )
+        if "moves_s" in keys:
+            moves_s = self._file.number(keys["moves_s"], f"{what}'s moves_s", "s", 0.0, TIME_LIMITS_S[1])
+        if position is None or name is None or velocity is None or moves_s is None:
+            return None
+        return PlacedObject(name, *position, (velocity[0], velocity[1]), moves_s)
 
     def _position(self, keys: dict[str, yaml.Node] | None, what: str) -> tuple[float, float] | None:
         if keys is None:

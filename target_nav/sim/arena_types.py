@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -59,11 +60,13 @@ Obstacle = CircleObstacle | BoxObstacle | WallObstacle
 
 @dataclass(frozen=True)
 class PlacedObject:
-    """A target or a decoy."""
+    """A target or a decoy. A target may move from there, at `velocity_mps` in the arena's axes, for `moves_s`."""
 
     class_name: str
     x_m: float
     y_m: float
+    velocity_mps: tuple[float, float] = (0.0, 0.0)
+    moves_s: float = math.inf
 
     @property
     def shape(self) -> ObjectShape:

@@ -93,6 +93,10 @@ class BoxCamera:
         self._under_way: deque[RawDetectionFrame] = deque(maxlen=MAX_UNDER_WAY)
         self._spread = (np.arange(RAYS) + 0.5) / RAYS
 
+    def move_target(self, target: PlacedObject) -> None:
+        """The target, the first of the things, is there now."""
+        self._things = (target, *self._things[1:])
+
     def advance(self, now_s: float, history: PoseHistory) -> None:
         while self.due_s <= now_s:
             self._under_way.append(self._expose(self.due_s, history))

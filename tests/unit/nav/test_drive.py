@@ -13,7 +13,7 @@ from target_nav.nav.footprint import Footprint
 from target_nav.nav.limiter import VelocityLimiter
 from target_nav.state.types import STOP, FloatArray, MotionRequest, NavState, Pose2D, Twist2D
 from target_nav.utils.frames import compose, points_to_child
-from tests.unit.nav.views import NO_POINTS, view, wall
+from tests.unit.nav.views import NO_POINTS, ORIGIN, view, wall
 
 CONFIG = Config()
 DIFFERENTIAL = CONFIG.override({"robot.drive": "differential"})
@@ -33,7 +33,7 @@ def follow(
     face: tuple[float, float] | None = None,
     seconds: float = 40.0,
     speed_mps: float = 0.2,
-    start: Pose2D = Pose2D(),
+    start: Pose2D = ORIGIN,
     limiter: VelocityLimiter | None = None,
 ) -> tuple[list[Pose2D], float, Drive]:
     """An ideal robot that does what it is told, or what `limiter` lets through: poses, least clearance, last step."""

@@ -33,7 +33,10 @@ def test_a_gap_as_wide_as_the_body_stays_open() -> None:
 
 
 @given(
-    st.floats(-math.pi, math.pi), st.floats(0.16, 8.0), st.sampled_from([36, 120, 180]), st.sampled_from([0.0, 0.5])
+    st.floats(-math.pi, math.pi),
+    st.floats(0.16, 8.0),
+    st.sampled_from([36, 120, 180]),
+    st.sampled_from([0.0, 0.5]),
 )
 def test_a_point_is_seen_in_its_own_direction(
     bearing_rad: float, range_m: float, directions: int, turn: float
