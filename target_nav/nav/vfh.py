@@ -26,7 +26,7 @@ _EDGE_SECTORS = 2
 _HYSTERESIS = 0.8
 """An open sector stays open down to this share of the distance that opens a closed one."""
 _FINE_RAD = np.radians([0.0, 1.5, -1.5, 3.0, -3.0, 4.5, -4.5, 6.0, -6.0, 8.0, -8.0])
-"""Beside the goal's direction, nearest first: to a gap with four centimetres to spare, a sector of five degrees is blunt."""
+"""Beside the goal's direction, nearest first: to a gap with four centimetres to spare, five degrees are blunt."""
 _MAX_DETOUR_RAD = math.radians(110.0)
 """Directions that lead away from the goal are the route planner's business; here they would mean circling."""
 _SHORTER = (1.0, 0.5, 0.25)
