@@ -113,18 +113,21 @@ class Coverage:
         free: NDArray[np.bool_] = self._known[rows, columns] & ~self._shade[rows, columns]
         return free
 
-    def unseen_by_ray_m2(self, spots_m: FloatArray) -> FloatArray:
+    def unseen_by_ray_m2(self, spots_m: FloatArray, *, crumbs: bool = False) -> FloatArray:
         """Unseen area that would be seen from each spot, by direction, shape (K, rays). `spots_m` is (K, 2).
 
         Of floor that the LiDAR has not been through either, a little counts: it may as well be a wall's inside.
-        Single cells do not count: along walls some are left over everywhere, and together they would outweigh what lies
-        behind the next corner.
+        Single cells do not count without `crumbs`: along walls some are left over everywhere, and together they would
+        outweigh what lies behind the next corner. They are worth a look, not a way.
         """
         rows, columns, sees = self._rays(spots_m, self.ray_angles_rad, _GAIN_STEP_M, self.sure_m)
         sees &= np.cumsum(~self._known[rows, columns], axis=2, dtype=np.int16) <= _UNKNOWN_STEPS
-        if self._missing is None:
-            self._missing = _without_crumbs(self._looks < _LOOKS)
-        unseen = sees & self._missing[rows, columns]
+        if crumbs:
+            unseen = sees & (self._looks[rows, columns] < _LOOKS)
+        else:
+            if self._missing is None:
+                self._missing = _without_crumbs(self._looks < _LOOKS)
+            unseen = sees & self._missing[rows, columns]
         radius = _NEAREST_M + np.arange(rows.shape[2]) * _GAIN_STEP_M
         area: FloatArray = (unseen * radius).sum(axis=2) * (_GAIN_STEP_M * 2.0 * math.pi / _GAIN_RAYS)
         return area

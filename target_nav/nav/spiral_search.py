@@ -246,7 +246,7 @@ class SpiralSearch(GuardedSkill):
 
     def _choose_gaze(self, pose: Pose2D) -> None:
         """Where to look: most new floor in the picture for the turn to it; nowhere if nothing new is in sight."""
-        by_ray = self._coverage.unseen_by_ray_m2(np.array([[pose.x_m, pose.y_m]]))[0]
+        by_ray = self._coverage.unseen_by_ray_m2(np.array([[pose.x_m, pose.y_m]]), crumbs=True)[0]
         in_picture = np.fft.irfft(np.fft.rfft(by_ray) * self._window, len(by_ray))
         angles = self._coverage.ray_angles_rad
         turn = np.abs(np.remainder(angles - pose.yaw_rad + math.pi, 2.0 * math.pi) - math.pi)
