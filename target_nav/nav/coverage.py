@@ -30,6 +30,7 @@ _RAY_STEP_M = 0.08
 _GAIN_STEP_M = 0.1
 _GAIN_RAYS = 72
 _KNOWN_RAYS = 180
+_BEHIND_M = (0.1, 0.6)
 _UNKNOWN_STEPS = 10
 """Of a ray through floor that is not known to be floor, so many steps count: 1 m."""
 
@@ -92,6 +93,7 @@ class Coverage:
         self._looks[rows, columns] = np.minimum(self._looks[rows, columns] + 1, _LOOKS)
         self._missing = None
         # A little less than is in sight: between two returns of a wall seen at a slant there is no way through.
+        self._doubt_behind(pose_in_odom, reach_m, free_m)
         beside_m = np.minimum(free_m, np.minimum(np.roll(free_m, 1), np.roll(free_m, -1)))
         rows, columns = self._in_sight(pose_in_odom, self._all_round, _GAIN_STEP_M, reach_m, beside_m)
         self._known[rows, columns] = True
@@ -131,6 +133,18 @@ class Coverage:
         radius = _NEAREST_M + np.arange(rows.shape[2]) * _GAIN_STEP_M
         area: FloatArray = (unseen * radius).sum(axis=2) * (_GAIN_STEP_M * 2.0 * math.pi / _GAIN_RAYS)
         return area
+
+    def _doubt_behind(self, pose_in_odom: Pose2D, reach_m: float, free_m: FloatArray) -> None:
+        """What lies just behind a wall in sight is not known to be floor, even if it once was.
+
+        Drift moves walls; floor before a wall's old place would be floor inside of it, and worth a way. Of a room behind a
+        thin wall this takes a strip, until it is seen again from there.
+        """
+        here = np.array([[pose_in_odom.x_m, pose_in_odom.y_m]])
+        rows, columns, _ = self._rays(here, self._all_round, _GAIN_STEP_M, reach_m + _BEHIND_M[1])
+        radius = _NEAREST_M + np.arange(rows.shape[2]) * _GAIN_STEP_M
+        behind = (radius > free_m[:, None] + _BEHIND_M[0]) & (radius < free_m[:, None] + _BEHIND_M[1])
+        self._known[rows[0][behind], columns[0][behind]] = False
 
     def _block(self, points_m: FloatArray) -> None:
         self._blocked[:] = False
