@@ -30,9 +30,10 @@ class SetTarget(MissionLeaf):
             description="what finds it in the picture",
             default_value=TargetDetector.network,
         ),
+        "lidar_width_m": number("width at the LiDAR's height, if that is less", default=0.0),
     }
     OUTPUT_PORTS = {}
-    PORT_LIMITS = {"height_m": (0.01, 5.0), "width_m": (0.01, 5.0)}
+    PORT_LIMITS = {"height_m": (0.01, 5.0), "width_m": (0.01, 5.0), "lidar_width_m": (0.0, 5.0)}
     READS = (keys.TARGET_CHOICE,)
     WRITES = (keys.SPEC,)
 
@@ -47,7 +48,8 @@ class SetTarget(MissionLeaf):
 
     def _spec_of_the_mission(self) -> TargetSpec:
         label = make_label(self.get_input("detector"), self.get_input("class"))
-        return TargetSpec(label, self.get_input("height_m"), self.get_input("width_m"))
+        sizes = (self.get_input(name) for name in ("height_m", "width_m", "lidar_width_m"))
+        return TargetSpec(label, *sizes)
 
 
 class MissionRequested(MissionLeaf):
@@ -64,12 +66,18 @@ class MissionRequested(MissionLeaf):
 
 
 class InputsFresh(MissionLeaf):
-    """SUCCESS while LiDAR, odometry and camera are younger than their limits; otherwise says which is not."""
+    """SUCCESS while LiDAR, odometry and camera are younger than their limits; otherwise says which is not.
+
+    A mission that looks for nothing needs no camera: `camera_needed="false"`.
+    """
 
     INPUT_PORTS = {
         "scan_max_age_s": number("LiDAR"),
         "odom_max_age_s": number("odometry"),
         "camera_max_age_s": number("detections, empty ones included"),
+        "camera_needed": PortInformation(
+            bool, required=False, description="whether detections are looked at at all", default_value=True
+        ),
     }
     OUTPUT_PORTS = {"reason": text("what is missing, in words")}
     PORT_LIMITS = {"scan_max_age_s": TIME_S, "odom_max_age_s": TIME_S, "camera_max_age_s": TIME_S}
@@ -77,7 +85,7 @@ class InputsFresh(MissionLeaf):
 
     def update(self) -> Status:
         loop = self.config().loop
-        checks = (
+        checks: tuple[tuple[str, keys.Key, str, float, str], ...] = (
             ("scan", keys.SCAN_AGE_S, "scan_max_age_s", loop.scan_max_age_s, "is the LiDAR running?"),
             (
                 "odometry",
@@ -94,6 +102,8 @@ class InputsFresh(MissionLeaf):
                 "are detector and camera running?",
             ),
         )
+        if not self.get_input("camera_needed"):
+            checks = checks[:-1]
         stale = []
         for what, key, port, configured_s, question in checks:
             age_s, limit_s = self.read(key), self.get_input(port, configured_s)

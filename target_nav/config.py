@@ -83,7 +83,7 @@ class LidarConfig:
     dropout_scale: float = quantity(1.0, "1", 0.0, 3.0, "simulator: factor on the measured drop-outs")
     lost_scan_probability: float = quantity(0.01, "1", 0.0, 1.0, "simulator: a whole turn is lost")
     true_profile: bool = field(
-        default=False,
+        default=True,
         metadata={
             "doc": "simulator: a pin is as thin as its shape is at the LiDAR's height, not as its belly"
         },
@@ -189,9 +189,6 @@ class TrackConfig:
     gate_sigma: float = quantity(3.5, "1", 1.0, 10.0, "innovation gate")
     process_noise_mps2: float = quantity(0.012, "m/s^2", 0.0, 5.0, "how much a target may move by itself")
     lidar_range_gate_m: float = quantity(0.25, "m", 0.02, 2.0, "LiDAR cluster to track, at most")
-    lidar_width_share: float = quantity(
-        1.0, "1", 0.1, 1.0, "width of the target at the LiDAR's height, of its width; a pin at 0.18 m: 0.40"
-    )
     max_range_m: float = quantity(8.0, "m", 0.5, 50.0, "detections beyond are ignored")
     camera_scale_sigma: float = quantity(
         0.03, "1", 0.0, 0.5, "constant range error of the camera (measured 4.4 % at most)"

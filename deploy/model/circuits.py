@@ -153,7 +153,7 @@ def _wire(rng: Rng, board: Picture, unit: float) -> None:
     cv2.polylines(board, [points], False, _loud(rng), max(int(rng.uniform(0.3, 1.2) * unit), 1), cv2.LINE_AA)
     for end in (points[0], points[-1]):
         w, h = max(int(0.5 * unit), 1), max(int(rng.uniform(0.5, 2.5) * unit), 1)
-        cv2.rectangle(board, (end - (w, h)).tolist(), (end + (w, h)).tolist(), _loud(rng), -1)
+        cv2.rectangle(board, (end - (w, h)).tolist(), np.add(end, (w, h)).tolist(), _loud(rng), -1)
 
 
 def _upright(rng: Rng, picture: Picture, u: float, foot: float, w: float, h: float) -> None:

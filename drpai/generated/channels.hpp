@@ -307,11 +307,13 @@ struct TargetSpec {
   char class_name[48];
   double height_m;
   double width_m;
+  double lidar_width_m;
 };
-static_assert(sizeof(TargetSpec) == 64 && alignof(TargetSpec) == 8);
+static_assert(sizeof(TargetSpec) == 72 && alignof(TargetSpec) == 8);
 static_assert(offsetof(TargetSpec, class_name) == 0 && sizeof(TargetSpec::class_name) == 48);
 static_assert(offsetof(TargetSpec, height_m) == 48 && sizeof(TargetSpec::height_m) == 8);
 static_assert(offsetof(TargetSpec, width_m) == 56 && sizeof(TargetSpec::width_m) == 8);
+static_assert(offsetof(TargetSpec, lidar_width_m) == 64 && sizeof(TargetSpec::lidar_width_m) == 8);
 
 struct NavSnapshot {
   double stamp_s;
@@ -341,7 +343,7 @@ struct NavSnapshot {
   char notice[160];
   std::int64_t notice_count;
 };
-static_assert(sizeof(NavSnapshot) == 1224 && alignof(NavSnapshot) == 8);
+static_assert(sizeof(NavSnapshot) == 1232 && alignof(NavSnapshot) == 8);
 static_assert(offsetof(NavSnapshot, stamp_s) == 0 && sizeof(NavSnapshot::stamp_s) == 8);
 static_assert(offsetof(NavSnapshot, tick) == 8 && sizeof(NavSnapshot::tick) == 8);
 static_assert(offsetof(NavSnapshot, state) == 16 && sizeof(NavSnapshot::state) == 4);
@@ -355,19 +357,19 @@ static_assert(offsetof(NavSnapshot, twist_sent) == 632 && sizeof(NavSnapshot::tw
 static_assert(offsetof(NavSnapshot, limited_by) == 656 && sizeof(NavSnapshot::limited_by) == 64);
 static_assert(offsetof(NavSnapshot, has_track) == 720 && sizeof(NavSnapshot::has_track) == 1);
 static_assert(offsetof(NavSnapshot, track) == 728 && sizeof(NavSnapshot::track) == 136);
-static_assert(offsetof(NavSnapshot, spec) == 864 && sizeof(NavSnapshot::spec) == 64);
-static_assert(offsetof(NavSnapshot, scan_age_s) == 928 && sizeof(NavSnapshot::scan_age_s) == 8);
-static_assert(offsetof(NavSnapshot, odom_age_s) == 936 && sizeof(NavSnapshot::odom_age_s) == 8);
-static_assert(offsetof(NavSnapshot, camera_age_s) == 944 && sizeof(NavSnapshot::camera_age_s) == 8);
-static_assert(offsetof(NavSnapshot, rate_hz) == 952 && sizeof(NavSnapshot::rate_hz) == 8);
-static_assert(offsetof(NavSnapshot, jitter_p99_s) == 960 && sizeof(NavSnapshot::jitter_p99_s) == 8);
-static_assert(offsetof(NavSnapshot, overruns) == 968 && sizeof(NavSnapshot::overruns) == 8);
-static_assert(offsetof(NavSnapshot, mission) == 976 && sizeof(NavSnapshot::mission) == 64);
-static_assert(offsetof(NavSnapshot, paused) == 1040 && sizeof(NavSnapshot::paused) == 1);
-static_assert(offsetof(NavSnapshot, manual) == 1041 && sizeof(NavSnapshot::manual) == 1);
-static_assert(offsetof(NavSnapshot, settings_crc) == 1048 && sizeof(NavSnapshot::settings_crc) == 8);
-static_assert(offsetof(NavSnapshot, notice) == 1056 && sizeof(NavSnapshot::notice) == 160);
-static_assert(offsetof(NavSnapshot, notice_count) == 1216 && sizeof(NavSnapshot::notice_count) == 8);
+static_assert(offsetof(NavSnapshot, spec) == 864 && sizeof(NavSnapshot::spec) == 72);
+static_assert(offsetof(NavSnapshot, scan_age_s) == 936 && sizeof(NavSnapshot::scan_age_s) == 8);
+static_assert(offsetof(NavSnapshot, odom_age_s) == 944 && sizeof(NavSnapshot::odom_age_s) == 8);
+static_assert(offsetof(NavSnapshot, camera_age_s) == 952 && sizeof(NavSnapshot::camera_age_s) == 8);
+static_assert(offsetof(NavSnapshot, rate_hz) == 960 && sizeof(NavSnapshot::rate_hz) == 8);
+static_assert(offsetof(NavSnapshot, jitter_p99_s) == 968 && sizeof(NavSnapshot::jitter_p99_s) == 8);
+static_assert(offsetof(NavSnapshot, overruns) == 976 && sizeof(NavSnapshot::overruns) == 8);
+static_assert(offsetof(NavSnapshot, mission) == 984 && sizeof(NavSnapshot::mission) == 64);
+static_assert(offsetof(NavSnapshot, paused) == 1048 && sizeof(NavSnapshot::paused) == 1);
+static_assert(offsetof(NavSnapshot, manual) == 1049 && sizeof(NavSnapshot::manual) == 1);
+static_assert(offsetof(NavSnapshot, settings_crc) == 1056 && sizeof(NavSnapshot::settings_crc) == 8);
+static_assert(offsetof(NavSnapshot, notice) == 1064 && sizeof(NavSnapshot::notice) == 160);
+static_assert(offsetof(NavSnapshot, notice_count) == 1224 && sizeof(NavSnapshot::notice_count) == 8);
 
 struct LaserSnapshot {
   double stamp_s;
@@ -537,7 +539,7 @@ struct NavChannel {
   using Payload = NavSnapshot;
   static constexpr const char* NAME = "nav";
   static constexpr const char* LAYOUT_NAME = "NavSnapshot";
-  static constexpr std::uint32_t LAYOUT_HASH = 0x77cb8418u;
+  static constexpr std::uint32_t LAYOUT_HASH = 0x9dd4378bu;
   static constexpr std::uint32_t SLOT_COUNT = 4;
   static constexpr std::uint32_t SLOT_BYTES = 1280;
   static constexpr std::uint64_t FILE_BYTES = 5312;

@@ -95,10 +95,24 @@ def in_order(results: Iterable[TimedResult], todo: Sequence[RunOrder]) -> list[T
     return sorted(results, key=lambda timed: place[timed.order])
 
 
-def write_json_lines(results: Iterable[RunResult], out: TextIO, traces: bool) -> None:
-    for result in results:
-        out.write(json.dumps(result.as_json(with_trace=traces), sort_keys=False) + "\n")
-    out.flush()
+class LinesInOrder:
+    """One JSON line a run, in the order they were asked for, as soon as it is their turn.
+
+    A campaign of an hour that is broken off leaves what it had.
+    """
+
+    def __init__(self, todo: Sequence[RunOrder], out: TextIO, traces: bool) -> None:
+        self._todo, self._out, self._traces = list(todo), out, traces
+        self._waiting: dict[RunOrder, RunResult] = {}
+        self._next = 0
+
+    def add(self, timed: TimedResult) -> None:
+        self._waiting[timed.order] = timed.result
+        while self._next < len(self._todo) and self._todo[self._next] in self._waiting:
+            result = self._waiting.pop(self._todo[self._next])
+            self._out.write(json.dumps(result.as_json(with_trace=self._traces), sort_keys=False) + "\n")
+            self._next += 1
+        self._out.flush()
 
 
 def replay_command(order: RunOrder) -> str:

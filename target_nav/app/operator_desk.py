@@ -146,7 +146,7 @@ class OperatorDesk:
 
 
 def target_of(argument: str) -> TargetSpec | None:
-    """The target of a TARGET command, `class,height_m,width_m`; None for that of the mission.
+    """The target of a TARGET command, `class,height_m,width_m[,lidar_width_m]`; None for that of the mission.
 
     Raises:
         ConfigError: another number of parts, or a size that is none.
@@ -156,11 +156,13 @@ def target_of(argument: str) -> TargetSpec | None:
     name, *sizes = argument.split(",")
     low, high = _TARGET_LIMITS_M
     try:
-        height_m, width_m = (float(size) for size in sizes)
+        height_m, width_m, *at_lidar = (float(size) for size in sizes)
+        (lidar_width_m,) = at_lidar or (0.0,)
     except ValueError:
         name = ""
-    if not name or not (low <= height_m <= high and low <= width_m <= high):
+    if not name or not (low <= height_m <= high and low <= width_m <= high and 0.0 <= lidar_width_m <= high):
         raise ConfigError(
-            f"target {argument!r} must be class,height_m,width_m, with sizes of {low:g} ... {high:g} m"
+            f"target {argument!r} must be class,height_m,width_m,lidar_width_m, with sizes of {low:g} ... {high:g} m; "
+            "the last may be 0 (as wide at the LiDAR's height as everywhere) or left out"
         )
-    return TargetSpec(name, height_m, width_m)
+    return TargetSpec(name, height_m, width_m, lidar_width_m)

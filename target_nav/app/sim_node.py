@@ -63,8 +63,8 @@ class SimNode:
         self._start_s = ros.clock.now_s()
         self.simulation = Simulation(arena, seed, self._start_s)
         config = arena.config
-        renderer = Renderer(arena, config, self.simulation.camera_mount_error_rad)
-        self.camera = SimCamera(renderer.draw, write_frame, seed)
+        self._renderer = Renderer(arena, config, self.simulation.camera_mount_error_rad)
+        self.camera = SimCamera(self._renderer.draw, write_frame, seed)
         self.rate = RateKeeper(LOOP_HZ)
         self._frame_delay_s = max(config.camera.latency_s - PIPELINE_S, 0.0)
         self._frame_period_s = 1.0 / config.camera.rate_hz
@@ -78,6 +78,8 @@ class SimNode:
         for scan in simulation.take_scans():
             self._publish_scan(scan_to_msg(scan, self._ros.clock))
         if now_s >= self._next_frame_s + self._frame_delay_s:
+            if simulation.target_moves and (target := simulation.arena_now.target) is not None:
+                self._renderer.move_target(target)
             self.camera.expose(simulation.pose_at(self._next_frame_s), self._next_frame_s)
             self._next_frame_s += self._frame_period_s
             if now_s > self._next_frame_s + self._frame_delay_s:
@@ -159,6 +161,10 @@ def _run(arguments: argparse.Namespace) -> None:
         raise ConfigError(f"--seed is {arguments.seed}; it must be 0 or more")
     if arguments.truth is not None and not arguments.truth.parent.is_dir():
         raise ConfigError(f"--truth {arguments.truth}: there is no folder {arguments.truth.parent}")
+    if arena.target is not None and arena.target.velocity_mps != (0.0, 0.0):
+        raise ConfigError(
+            f"{arena.name}: its target moves, which is not drawn for the camera; run it with --virtual"
+        )
     with ExitStack() as stack:
         ros = stack.enter_context(RosNode("sim"))
         frames = channels.open_writer(channels.SIM_CAMERA, prefix=config.ipc.prefix)

@@ -93,7 +93,8 @@ class CommandPort:
 
     def target(self, spec: TargetSpec | None) -> Said:
         """Another target; None: that of the mission."""
-        text = f"{spec.class_name},{spec.height_m:g},{spec.width_m:g}" if spec is not None else ""
+        sizes_m = (spec.height_m, spec.width_m, spec.lidar_width_m) if spec is not None else ()
+        text = ",".join((spec.class_name, *(f"{size:g}" for size in sizes_m))) if spec is not None else ""
         return self.say(CommandKind.TARGET, text)
 
     def setting(self, key: str, value: object) -> Said:

@@ -43,7 +43,8 @@ def targets(choices: Iterable[MissionChoice]) -> tuple[TargetSpec, ...]:
                 if element.tag == "SetTarget" or element.get("ID") == "SetTarget":
                     with contextlib.suppress(KeyError, ValueError):
                         at = element.attrib
-                        spec = TargetSpec(at["class"], float(at["height_m"]), float(at["width_m"]))
+                        sizes_m = (at["height_m"], at["width_m"], at.get("lidar_width_m", "0"))
+                        spec = TargetSpec(at["class"], *map(float, sizes_m))
                         if "{" not in spec.class_name:
                             found[spec] = None
     return tuple(found)

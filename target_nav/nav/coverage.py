@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from target_nav.config import CameraConfig
+from target_nav.nav.sight_lines import nearest_by_direction_m
 from target_nav.state.types import FloatArray, Pose2D
 
 _CELL_M = 0.1
@@ -29,6 +30,7 @@ _RAY_STEP_M = 0.08
 _GAIN_STEP_M = 0.1
 _GAIN_RAYS = 72
 _KNOWN_RAYS = 180
+_BEHIND_M = (0.1, 0.6)
 _UNKNOWN_STEPS = 10
 """Of a ray through floor that is not known to be floor, so many steps count: 1 m."""
 
@@ -53,6 +55,7 @@ class Coverage:
         self._shade = np.zeros((_SIDE, _SIDE), dtype=np.bool_)
         self._looks = np.zeros((_SIDE, _SIDE), dtype=np.uint8)
         self._known = np.zeros((_SIDE, _SIDE), dtype=np.bool_)
+        self._missing: NDArray[np.bool_] | None = None
         self._reach_m = math.inf
         self._free_m: FloatArray = np.full(_KNOWN_RAYS, math.inf)
 
@@ -74,6 +77,7 @@ class Coverage:
     def look_again(self, range_m: float) -> None:
         """Everything counts as unseen again, and the target as found only within `range_m`."""
         self._looks[:] = 0
+        self._missing = None
         self._range_m = range_m
 
     def update(self, pose_in_odom: Pose2D, points_in_odom_m: FloatArray, reach_m: float) -> None:
@@ -87,7 +91,9 @@ class Coverage:
         free_m = _free_by_ray_m(pose_in_odom, points_in_odom_m)
         rows, columns = self._in_sight(pose_in_odom, angles, _RAY_STEP_M, self.sure_m, free_m)
         self._looks[rows, columns] = np.minimum(self._looks[rows, columns] + 1, _LOOKS)
+        self._missing = None
         # A little less than is in sight: between two returns of a wall seen at a slant there is no way through.
+        self._doubt_behind(pose_in_odom, reach_m, free_m)
         beside_m = np.minimum(free_m, np.minimum(np.roll(free_m, 1), np.roll(free_m, -1)))
         rows, columns = self._in_sight(pose_in_odom, self._all_round, _GAIN_STEP_M, reach_m, beside_m)
         self._known[rows, columns] = True
@@ -101,6 +107,7 @@ class Coverage:
         all_round = np.arange(-math.pi, math.pi, _VIEW_RAY_RAD)
         rows, columns = self._in_sight(pose_in_odom, all_round, _RAY_STEP_M, self.sure_m, self._free_m)
         self._looks[rows, columns] = _LOOKS
+        self._missing = None
 
     def is_known_free(self, spots_m: FloatArray) -> NDArray[np.bool_]:
         """Which spots, shape (K, 2), have been in the LiDAR's line of sight and are not blocked."""
@@ -108,17 +115,39 @@ class Coverage:
         free: NDArray[np.bool_] = self._known[rows, columns] & ~self._shade[rows, columns]
         return free
 
-    def unseen_by_ray_m2(self, spots_m: FloatArray) -> FloatArray:
+    def unseen_by_ray_m2(self, spots_m: FloatArray, *, crumbs: bool = False) -> FloatArray:
         """Unseen area that would be seen from each spot, by direction, shape (K, rays). `spots_m` is (K, 2).
 
         Of floor that the LiDAR has not been through either, a little counts: it may as well be a wall's inside.
+        Single cells do not count without `crumbs`: along walls some are left over everywhere, and together they would
+        outweigh what lies behind the next corner. They are worth a look, not a way.
         """
         cells, sees = self._rays(spots_m, self.ray_angles_rad, _GAIN_STEP_M, self.sure_m)
         sees &= np.cumsum((~self._known).take(cells), axis=2, dtype=np.int16) <= _UNKNOWN_STEPS
-        sees &= (self._looks < _LOOKS).take(cells)
+        sees &= self._unseen(crumbs).take(cells)
         radius = _NEAREST_M + np.arange(cells.shape[2]) * _GAIN_STEP_M
         area: FloatArray = (sees @ radius) * (_GAIN_STEP_M * 2.0 * math.pi / _GAIN_RAYS)
         return area
+
+    def _unseen(self, crumbs: bool) -> NDArray[np.bool_]:
+        unseen: NDArray[np.bool_] = self._looks < _LOOKS
+        if crumbs:
+            return unseen
+        if self._missing is None:
+            self._missing = _without_crumbs(unseen)
+        return self._missing
+
+    def _doubt_behind(self, pose_in_odom: Pose2D, reach_m: float, free_m: FloatArray) -> None:
+        """What lies just behind a wall in sight is not known to be floor, even if it once was.
+
+        Drift moves walls; floor before a wall's old place would be floor inside of it, and worth a way. Of a room
+        behind a thin wall this takes a strip, until it is seen again from there.
+        """
+        here = np.array([[pose_in_odom.x_m, pose_in_odom.y_m]])
+        cells, _ = self._rays(here, self._all_round, _GAIN_STEP_M, reach_m + _BEHIND_M[1])
+        radius = _NEAREST_M + np.arange(cells.shape[2]) * _GAIN_STEP_M
+        behind = (radius > free_m[:, None] + _BEHIND_M[0]) & (radius < free_m[:, None] + _BEHIND_M[1])
+        self._known.put(cells[0][behind], False)
 
     def _block(self, points_m: FloatArray) -> None:
         self._blocked[:] = False
@@ -168,6 +197,16 @@ class Coverage:
         return index[:, 1], index[:, 0]
 
 
+def _without_crumbs(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Only what holds two by two cells: a morphological opening."""
+    square = cells[1:, 1:] & cells[:-1, 1:] & cells[1:, :-1] & cells[:-1, :-1]
+    kept: NDArray[np.bool_] = np.zeros_like(cells)
+    for down in (slice(1, None), slice(None, -1)):
+        for across in (slice(1, None), slice(None, -1)):
+            kept[down, across] |= square
+    return kept
+
+
 def _ray_of(angles_rad: FloatArray) -> NDArray[np.intp]:
     """Index of the nearest of `_KNOWN_RAYS` directions all round; 0 is at -pi."""
     ray: NDArray[np.intp] = np.rint((angles_rad + math.pi) * (_KNOWN_RAYS / (2.0 * math.pi))).astype(np.intp)
@@ -179,8 +218,5 @@ def _free_by_ray_m(pose_in_odom: Pose2D, points_in_odom_m: FloatArray) -> FloatA
 
     Unlike cells, directions as seen from here have no holes: a wall at a slant is a point a beam.
     """
-    free: FloatArray = np.full(_KNOWN_RAYS, math.inf)
-    if len(points_in_odom_m):
-        dx, dy = points_in_odom_m[:, 0] - pose_in_odom.x_m, points_in_odom_m[:, 1] - pose_in_odom.y_m
-        np.minimum.at(free, _ray_of(np.arctan2(dy, dx)), np.hypot(dx, dy))
-    return free
+    dx, dy = points_in_odom_m[:, 0] - pose_in_odom.x_m, points_in_odom_m[:, 1] - pose_in_odom.y_m
+    return nearest_by_direction_m(dx, dy, _KNOWN_RAYS)

@@ -134,7 +134,7 @@ class Driver:
         steering = self._steering.steer(view, points, leg.next_m, face_rad)
         if steering is None:
             self._planned_s = min(self._planned_s, view.now_s - 0.5 * _REPLAN_S)
-            return Drive(self._look(view, face_rad), leg.cost_to_go_m, False, "way blocked")
+            return Drive(self._unwedge(view, points, leg.next_m), leg.cost_to_go_m, False, "way blocked")
         top = self._speed(points, steering, speed_mps, leg.end_m)
         twist = self._twist(view, points, steering, top, face_rad, face_top_radps)
         return Drive(
@@ -257,6 +257,14 @@ class Driver:
             if away != STOP:
                 vx, vy = away.vx_mps, away.vy_mps
         return within_limits(over_dead_band(Twist2D(vx, vy, wz), robot), robot)
+
+    def _unwedge(self, view: View, points: FloatArray, next_m: tuple[float, float]) -> Twist2D:
+        """Askew in a bend no direction is open: turn to where the body fits, after making room for it to turn."""
+        heading = self._steering.heading_that_fits(points, next_m)
+        if heading is None:
+            return over_dead_band(self._room.for_turning(points), self._config.robot)
+        wz = self._yaw.rate_radps(heading, view.twist_in_base.wz_radps)
+        return over_dead_band(Twist2D(0.0, 0.0, wz), self._config.robot)
 
     def _turns_in_vain(self, view: View, direction_rad: float) -> bool:
         """Whether it has tried to turn for a while, and something keeps it from it."""

@@ -27,6 +27,9 @@ _DOUBT_SIGMAS, _DOUBTS_M = 2.0, (0.0, 0.01, 0.02, 0.03, 0.04)
 """Benefit of the doubt for a gap that is seen from afar."""
 _LOST_TO_CELLS_M = 0.5 * CELL_M
 """A point may lie half a cell from its cell's centre."""
+_SLACK_M = 0.01
+"""A gap with five centimetres to spare holds a single row of cells, and points that wander by half a centimetre close
+it every other plan; the robot would turn to and fro in front of it. VFH+ and the limiter keep the whole clearance."""
 _START_M = 0.30
 """So near to the robot a cell counts as passable if it is no nearer to an obstacle than the robot already is."""
 _SIGHT_M = 1.5
@@ -57,7 +60,7 @@ class RouteGrid:
         just_turns_m = body.circumscribed_radius_m + avoid.stop_clearance_m
         self._fits, self._just_turns = (
             Discs([max(radius_m - doubt_m, 0.0) / CELL_M for doubt_m in _DOUBTS_M], side)
-            for radius_m in (self._fits_m, just_turns_m)
+            for radius_m in (self._fits_m - _SLACK_M, just_turns_m)
         )
         self._turns_m = body.circumscribed_radius_m + avoid.margin_m + _LOST_TO_CELLS_M
         self._comfort_m = self._turns_m + _COMFORT_M

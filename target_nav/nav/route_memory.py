@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from target_nav.nav.sight_lines import nearest_by_direction_m
 from target_nav.state.types import FloatArray
 
 _CELL_M = 0.05
@@ -27,6 +28,9 @@ _THROUGH_M = 0.10
 _HIDDEN_BEHIND_M = 0.15
 _SAME_M = 0.10
 """A point this near to one in view is the same surface, drawn a little elsewhere by odometry's drift."""
+_OLD_S = 15.0
+"""A point older than this is superseded by one in view up to a cell farther off, hidden or not: after some metres drift
+draws the sides of a passage elsewhere, and old and new together shut it."""
 _LEFT_OUT_M = 0.35
 """More than the tracker's gate and the target's radius."""
 _GRID = round(2.0 * (_FORGET_BEYOND_M + 1.0) / _SAME_M)
@@ -83,31 +87,39 @@ class RouteMemory:
         """Which remembered points nothing speaks against."""
         age_s = now_s - self._seen_s
         sector, range_m = _polar(self._points_m, robot_m)
-        nearest = np.full(_SECTORS, math.inf)
-        if len(view_in_odom_m):
-            view_sector, view_range_m = _polar(view_in_odom_m, robot_m)
-            np.minimum.at(nearest, view_sector, view_range_m)
+        dx, dy = view_in_odom_m[:, 0] - robot_m[0], view_in_odom_m[:, 1] - robot_m[1]
+        nearest = nearest_by_direction_m(dx, dy, _SECTORS, turn=0.5)
         around = np.minimum(nearest, np.minimum(np.roll(nearest, 1), np.roll(nearest, -1)))[sector]
         limit_s = np.where(np.isfinite(around), _MEMORY_S, _UNSEEN_S)
         looked_through = (around > range_m + _THROUGH_M) & np.isfinite(around) & (range_m < self.reach_m)
         limit_s[range_m >= self.reach_m] = _MEMORY_S
         valid = (age_s < limit_s) & ~looked_through & (range_m < _FORGET_BEYOND_M)
         hidden = around < range_m - _HIDDEN_BEHIND_M
-        hold: NDArray[np.bool_] = valid & (hidden | ~self._drawn_again(robot_m, view_in_odom_m))
+        again, near = self._drawn_again(robot_m, view_in_odom_m)
+        superseded = near & (age_s > _OLD_S)
+        hold: NDArray[np.bool_] = valid & (hidden | ~again) & ~superseded
         return hold
 
-    def _drawn_again(self, robot_m: tuple[float, float], view_in_odom_m: FloatArray) -> NDArray[np.bool_]:
-        """Which remembered points are beside one in view."""
-        taken = np.zeros((_GRID, _GRID), dtype=np.bool_)
-        taken[_grid_cells(view_in_odom_m, robot_m)] = True
-        wide = taken.copy()
-        wide[1:] |= taken[:-1]
-        wide[:-1] |= taken[1:]
-        beside = wide.copy()
-        beside[:, 1:] |= wide[:, :-1]
-        beside[:, :-1] |= wide[:, 1:]
-        again: NDArray[np.bool_] = beside[_grid_cells(self._points_m, robot_m)]
-        return again
+    def _drawn_again(
+        self, robot_m: tuple[float, float], view_in_odom_m: FloatArray
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Which remembered points are beside one in view, and which are as near to one as drift may put them."""
+        beside = np.zeros((_GRID, _GRID), dtype=np.bool_)
+        beside[_grid_cells(view_in_odom_m, robot_m)] = True
+        beside = _grown(beside)
+        cells = _grid_cells(self._points_m, robot_m)
+        return beside[cells], _grown(beside)[cells]
+
+
+def _grown(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """By one cell to all eight sides."""
+    wide = cells.copy()
+    wide[1:] |= cells[:-1]
+    wide[:-1] |= cells[1:]
+    grown = wide.copy()
+    grown[:, 1:] |= wide[:, :-1]
+    grown[:, :-1] |= wide[:, 1:]
+    return grown
 
 
 def _grid_cells(

@@ -23,7 +23,7 @@ from target_nav.nav.skill import SkillStatus, SkillStep, View
 from target_nav.nav.speed import YawControl, over_dead_band, within_limits
 from target_nav.nav.spiral import spiral, spots_round
 from target_nav.nav.viewpoints import Verdict, Viewpoints
-from target_nav.state.types import STOP, Avoidance, Pose2D, Twist2D
+from target_nav.state.types import STOP, Avoidance, FloatArray, Pose2D, Twist2D
 from target_nav.utils.frames import to_parent, wrap_angle
 
 _LOOK_EVERY_S = 0.25
@@ -45,6 +45,8 @@ _FARTHEST_WAY_M = 40.0
 _FINENESS = 0.4
 """Way-points lie so much closer than the search may pass things by, for doorways and passages need some in them."""
 _NEAR_ENOUGH_M = 0.25
+_AS_MUCH = 0.5
+_AGAIN = 1
 _NO_WAY_S = 0.5
 _MOST_IN_VAIN = 10
 """Way-points in a row that could not be driven to: the base is held, or everything is shut."""
@@ -103,6 +105,7 @@ class SpiralSearch(GuardedSkill):
         self._in_vain = 0
         self._onward, self._drove_s = STOP, -math.inf
         if self._all_was_seen:
+            self._centre, self._again_left = view.pose_in_odom, _AGAIN
             self._begin_anew(view)
         self._viewpoints.drop()
 
@@ -114,7 +117,7 @@ class SpiralSearch(GuardedSkill):
         self._look = 0
         # The first way-point lies where there is most room.
         ahead_rad, _ = self._room.widest(view.obstacles_in_base_m, 0.0)
-        begin = replace(view.pose_in_odom, yaw_rad=view.pose_in_odom.yaw_rad + ahead_rad)
+        begin = replace(self._centre, yaw_rad=view.pose_in_odom.yaw_rad + ahead_rad)
         spacing_m = _FINENESS * self._spacing_m
         spots = [to_parent(begin, x, y) for x, y in spiral(self._radius_m, spacing_m)]
         self._viewpoints.begin(np.array(spots))
@@ -164,7 +167,7 @@ class SpiralSearch(GuardedSkill):
         gaze = self._gaze_in_odom_rad
         drive = self._driver.drive(
             view,
-            lambda _: spots_round(waypoint),
+            lambda _: self._spots,
             speed_mps=self._speed_mps,
             face_rad=None if gaze is None else wrap_angle(gaze - pose.yaw_rad),
             face_top_radps=self._yaw_rate_radps,
@@ -176,13 +179,26 @@ class SpiralSearch(GuardedSkill):
             self._passed_over += 1
             self._in_vain += 1
             self._viewpoints.finish(given_up=True)
-        elif drive.at_goal or away_m < _NEAR_ENOUGH_M:
+        elif drive.at_goal or (away_m < _NEAR_ENOUGH_M and self._sees_as_much(pose, waypoint)):
             self._visited += 1
             self._in_vain = 0
             self._onward = STOP
             self._look_round_until_s = view.now_s + _LOOK_ROUND_SLACK * 2.0 * math.pi / self._yaw_rate_radps
         words = f"{self._visited} way-points visited, {self._passed_over} passed over, {self._viewpoints.left} left"
         return SkillStep(SkillStatus.RUNNING, drive.twist, words)
+
+    def _sees_as_much(self, pose: Pose2D, waypoint: tuple[float, float]) -> bool:
+        """Whether what the way-point would show is shown from here already; just before a corner it is not."""
+        here, there = self._coverage.unseen_by_ray_m2(np.array([(pose.x_m, pose.y_m), waypoint])).sum(axis=1)
+        return bool(here >= _AS_MUCH * there)
+
+    def _spots_for(self, waypoint: tuple[float, float]) -> FloatArray:
+        """The spots round a way-point that show about as much as it does: where it is itself may be too tight."""
+        spots = spots_round(waypoint)
+        shown_m2 = self._coverage.unseen_by_ray_m2(spots[:, :2]).sum(axis=1)
+        # the way-point itself is the first
+        as_good: FloatArray = spots[shown_m2 >= _AS_MUCH * shown_m2[0]]
+        return as_good
 
     def _gives_up(self, view: View, drive: Drive) -> bool:
         stalled = self._progress.stalled(view.now_s, view.pose_in_odom, drive.cost_to_go_m)
@@ -209,17 +225,26 @@ class SpiralSearch(GuardedSkill):
         verdict = self._viewpoints.choose(view)
         if verdict is Verdict.CHOSEN:
             self._no_way_since_s = None
+            self._spots = self._spots_for(self._viewpoints.place_m)
             self._driver.reset()
             self._progress.begin()
         elif verdict is Verdict.NONE:
             if self._look + 1 >= len(_LOOKS):
-                self._all_was_seen = True
-                return False
+                return self._once_more(view)
             self._look += 1
             least_m2, range_m = _LOOKS[self._look]
             if range_m < self._range_m:
                 self._coverage.look_again(range_m)
             self._viewpoints.look(least_m2)
+        return True
+
+    def _once_more(self, view: View) -> bool:
+        """All was seen. With time left, begin with an empty map: odometry's drift smears walls, and shuts passages."""
+        if self._again_left == 0:
+            self._all_was_seen = True
+            return False
+        self._again_left -= 1
+        self._begin_anew(view)
         return True
 
     def _drop_if_seen(self) -> None:
@@ -233,7 +258,7 @@ class SpiralSearch(GuardedSkill):
 
     def _choose_gaze(self, pose: Pose2D) -> None:
         """Where to look: most new floor in the picture for the turn to it; nowhere if nothing new is in sight."""
-        by_ray = self._coverage.unseen_by_ray_m2(np.array([[pose.x_m, pose.y_m]]))[0]
+        by_ray = self._coverage.unseen_by_ray_m2(np.array([[pose.x_m, pose.y_m]]), crumbs=True)[0]
         in_picture = np.fft.irfft(np.fft.rfft(by_ray) * self._window, len(by_ray))
         angles = self._coverage.ray_angles_rad
         turn = np.abs(np.remainder(angles - pose.yaw_rad + math.pi, 2.0 * math.pi) - math.pi)

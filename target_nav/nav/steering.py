@@ -21,6 +21,8 @@ _STRAFE_SIGHT_M = 0.8
 """More free way is asked for to go back to strafing than to leave it."""
 _MOVES_MPS = 0.03
 _TURN_SAMPLES = 8
+_HEADINGS_RAD = tuple(math.radians(sign * degrees) for degrees in range(5, 95, 5) for sign in (1.0, -1.0))
+"""Nearest first. Beyond a right angle a rectangle that strafes gains nothing."""
 
 
 class BodySteering:
@@ -69,6 +71,23 @@ class BodySteering:
                 chosen.direction_rad, chosen.free_m, self.along_the_way, vfh.directions_rad, free
             )
         return chosen
+
+    def heading_that_fits(self, points_m: FloatArray, goal_m: tuple[float, float]) -> float | None:
+        """The nearest heading, in base_link, that it can turn to here and go straight towards `goal_m` from.
+
+        None: there is none. A body that stands askew between walls fits nowhere but where it stands.
+        """
+        away_m, goal_rad = math.hypot(*goal_m), math.atan2(goal_m[1], goal_m[0])
+        wanted_m = min(away_m, _TURNED_SIGHT_M)
+        vfh = self._strafing if self._holonomic else self._turned
+        for heading in _HEADINGS_RAD if self._holonomic else (goal_rad,):
+            c, s = math.cos(heading), math.sin(heading)
+            turned = points_m @ np.array([[c, -s], [s, c]])
+            if vfh.free_m(turned, goal_rad - heading, self._stop_m) >= wanted_m and self._can_turn_to(
+                points_m, heading
+            ):
+                return heading
+        return None
 
     def _choose(self, points_m: FloatArray, goal_rad: float, goal_m: float, face_rad: float) -> None:
         if not self.along_the_way:

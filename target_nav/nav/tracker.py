@@ -221,9 +221,8 @@ class TargetTracker:
         ]
         if near:
             # The finest check comes later, by covariance; a cluster's middle is off by up to a target's width.
-            width_m = self._config.track.lidar_width_share * spec.width_m
             gate_m = self._config.track.lidar_range_gate_m + spec.width_m
-            fixes = target_fixes(self._view, near, gate_m, width_m)
+            fixes = target_fixes(self._view, near, gate_m, spec.width_at_lidar_m)
             self._candidates.take_fixes(fixes, robot, self._travel)
 
     def _track(self, now_s: float, robot: Pose2D, candidate: Candidate) -> Track:

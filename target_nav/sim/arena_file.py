@@ -36,6 +36,8 @@ WORLD_LIMITS_M = (-1000.0, 1000.0)
 SIZE_LIMITS_M = (0.001, 1000.0)
 TIME_LIMITS_S = (1.0, 36_000.0)
 DEFAULT_TIME_LIMIT_S = 120.0
+VELOCITY_LIMITS_MPS = (-0.5, 0.5)
+"""Of a target. The reference robot does 0.3 m/s; what is faster than this it would only ever see leave."""
 LEVEL_LIMITS = (0.0, 9.0)
 
 _SHAPES = {
@@ -156,7 +158,8 @@ class _ArenaReader:
 
     def _object(self, place: str, node: yaml.Node, what: str) -> PlacedObject | None:
         self._places[place] = node
-        keys = self._file.mapping(node, what, required=("class", "x", "y"), optional=("yaw",))
+        moves = ("velocity_mps", "moves_s") if what == "target" else ()
+        keys = self._file.mapping(node, what, required=("class", "x", "y"), optional=("yaw", *moves))
         position = self._position(keys, what)
         if keys is None or "class" not in keys:
             return None
@@ -166,8 +169,26 @@ class _ArenaReader:
             return None
         if name is None or position is None:
             return None
-        yaw = self._yaw(keys, name, what)
-        return PlacedObject(name, *position, yaw) if yaw is not None else None
+        yaw, motion = self._yaw(keys, name, what), self._motion(keys, name, what)
+        return PlacedObject(name, *position, yaw, *motion) if yaw is not None and motion is not None else None
+
+    def _motion(
+        self, keys: dict[str, yaml.Node], name: str, what: str
+    ) -> tuple[tuple[float, float], float] | None:
+        """Its velocity in the arena's frame, and for how long."""
+        if is_tag(name) and "velocity_mps" in keys:
+            self._file.complain(keys["velocity_mps"], f"{what}: a tag hangs on its wall and does not move")
+            return None
+        velocity: list[float] | None = [0.0, 0.0]
+        moves_s: float | None = math.inf
+        if "velocity_mps" in keys:
+            where = f"{what}'s velocity_mps"
+            velocity = self._file.numbers(
+                keys["velocity_mps"], where, ("x", "y"), VELOCITY_LIMITS_MPS, unit="m/s"
+            )
+        if "moves_s" in keys:
+            moves_s = self._file.number(keys["moves_s"], f"{what}'s moves_s", "s", 0.0, TIME_LIMITS_S[1])
+        return ((velocity[0], velocity[1]), moves_s) if velocity is not None and moves_s is not None else None
 
     def _yaw(self, keys: dict[str, yaml.Node], name: str, what: str) -> float | None:
         """Where a tag's face looks, which it must say and nothing else can."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -59,13 +60,15 @@ Obstacle = CircleObstacle | BoxObstacle | WallObstacle
 
 @dataclass(frozen=True)
 class PlacedObject:
-    """A target or a decoy."""
+    """A target or a decoy. A target may move from there, at `velocity_mps` in the arena's axes, for `moves_s`."""
 
     class_name: str
     x_m: float
     y_m: float
     yaw_rad: float = 0.0
     """Of a tag, where its face looks; everything else is round."""
+    velocity_mps: tuple[float, float] = (0.0, 0.0)
+    moves_s: float = math.inf
 
     @property
     def shape(self) -> ObjectShape:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,13 @@ def write_arena(arena: Arena, folder: Path, config: Config) -> Path:
 
 def _thing(thing: PlacedObject) -> dict[str, Any]:
     data: dict[str, Any] = {"class": thing.class_name, "x": thing.x_m, "y": thing.y_m}
-    return {**data, "yaw": thing.yaw_rad} if thing.is_tag else data
+    if thing.is_tag:
+        data["yaw"] = thing.yaw_rad
+    if thing.velocity_mps != (0.0, 0.0):
+        data["velocity_mps"] = list(thing.velocity_mps)
+        if math.isfinite(thing.moves_s):
+            data["moves_s"] = thing.moves_s
+    return data
 
 
 def _obstacle(obstacle: Obstacle) -> dict[str, list[float]]:

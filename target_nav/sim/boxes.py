@@ -7,18 +7,18 @@ jitter, are missed, are invented, are cut off at the picture's border, and come 
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
 
 from target_nav.config import CameraConfig
 from target_nav.sim.arena_types import PlacedObject
+from target_nav.sim.exposure import ExposedCamera
 from target_nav.sim.history import PoseHistory
 from target_nav.sim.objects import is_tag, shape_of
 from target_nav.sim.tags import TagReader
 from target_nav.sim.world import RayCaster
-from target_nav.state.types import Pose2D, RawDetection, RawDetectionFrame
+from target_nav.state.types import Pose2D, RawDetection
 
 SHAKE_RAD = math.radians(0.4)
 """Sigma of a frame's direction, the same for all boxes in it: with the edges' jitter the measured 0.4-0.7 degrees."""
@@ -44,9 +44,6 @@ FALSE_HEIGHT_PX = (20.0, 160.0)
 FALSE_ASPECT_SIGMA = 0.6
 """Of ln(width:height) of an invented box, round the target's own shape."""
 
-MAX_UNDER_WAY = 256
-"""Frames that are in the detector or that nobody took: over 2 s at the highest rate."""
-
 RAYS = 9
 """Across a thing, to see how much of it is hidden."""
 
@@ -66,8 +63,8 @@ class _Sight:
     range_m: float
 
 
-class BoxCamera:
-    """`advance` exposes the frames that are due, `take` hands over those that are through the detector."""
+class BoxCamera(ExposedCamera):
+    """Boxes without a picture: what a detector would say."""
 
     def __init__(
         self,
@@ -78,7 +75,7 @@ class BoxCamera:
         rng: np.random.Generator,
         start_s: float,
     ) -> None:
-        self._config = config
+        super().__init__(config, rng, start_s)
         self._focal_px = config.focal_px * (1.0 + config.focal_error)
         self._half_fov_rad = math.atan2(0.5 * config.width_px, self._focal_px)
         self._things = things
@@ -89,29 +86,12 @@ class BoxCamera:
         """Nothing looks like a tag: eleven bits of its code check the others."""
         self._tags = TagReader(config, self._focal_px, caster, rng)
         self._caster = caster
-        self._rng = rng
-        self._first_s = start_s + float(rng.random()) / config.rate_hz
-        self._frame_id = 0
-        self.due_s = self._first_s
-        self.mount_error_rad = float(rng.uniform(-1.0, 1.0)) * config.mount_error_rad
-        """How far the camera really looks to the left of where it should: constant, unknown to the robot."""
-        self._under_way: deque[RawDetectionFrame] = deque(maxlen=MAX_UNDER_WAY)
         self._spread = (np.arange(RAYS) + 0.5) / RAYS
 
-    def advance(self, now_s: float, history: PoseHistory) -> None:
-        while self.due_s <= now_s:
-            self._under_way.append(self._expose(self.due_s, history))
-            self._frame_id += 1
-            self.due_s = self._first_s + self._frame_id / self._config.rate_hz
+    def move_target(self, target: PlacedObject) -> None:
+        self._things = (target, *self._things[1:])
 
-    def take(self, now_s: float) -> list[RawDetectionFrame]:
-        """Frames that are delivered by now, oldest first."""
-        ready: list[RawDetectionFrame] = []
-        while self._under_way and self._under_way[0].stamp_s + self._config.latency_s <= now_s + 1e-9:
-            ready.append(self._under_way.popleft())
-        return ready
-
-    def _expose(self, stamp_s: float, history: PoseHistory) -> RawDetectionFrame:
+    def _boxes(self, stamp_s: float, history: PoseHistory) -> tuple[RawDetection, ...]:
         config = self._config
         x, y, yaw = history.at(stamp_s)
         c, s = math.cos(yaw), math.sin(yaw)
@@ -131,7 +111,7 @@ class BoxCamera:
                     boxes.append(box)
         if self._rng.random() < config.false_rate and self._is_mistakable:
             boxes.append(self._invent())
-        return RawDetectionFrame(stamp_s, self._frame_id, tuple(boxes))
+        return tuple(boxes)
 
     def _look(self, thing: PlacedObject, x: float, y: float, yaw: float) -> _Sight | None:
         """Where a thing is in the picture, unless it is outside, too far off or hidden."""

@@ -17,6 +17,10 @@ class ContactMonitor:
         self._at_least_m = self.min_clearance_m
         self.collided = self.min_clearance_m <= 0.0
 
+    def disturb(self, x_m: float, y_m: float, yaw_rad: float, travel_m: float) -> None:
+        """Something moved by `travel_m`, and the robot is there: it may touch by that alone."""
+        self.admits(x_m, y_m, yaw_rad, travel_m)
+
     def admits(self, x_m: float, y_m: float, yaw_rad: float, travel_m: float) -> bool:
         """May the robot be there? `travel_m` bounds how far any point of the footprint moved to get there.
 

@@ -5,55 +5,48 @@ It takes `BoxCamera`'s place. What a frame shows is drawn when it is exposed, an
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from target_nav.config import CameraConfig
-from target_nav.sim.boxes import MAX_UNDER_WAY
+from target_nav.sim.arena_types import PlacedObject
+from target_nav.sim.exposure import ExposedCamera
 from target_nav.sim.history import PoseHistory
-from target_nav.state.types import Pose2D, RawDetection, RawDetectionFrame
+from target_nav.state.types import Pose2D, RawDetection
 
 ImageBgr = NDArray[np.uint8]
 Detect = Callable[[ImageBgr], tuple[RawDetection, ...]]
-Draw = Callable[[Pose2D, float, np.random.Generator], ImageBgr]
 
 
-class PixelCamera:
-    """`advance` exposes the frames that are due, `take` hands over those that are through the detector."""
+class Painter(Protocol):
+    """What `render.Renderer` does, which only who wants pictures loads."""
+
+    def draw(self, true_pose: Pose2D, stamp_s: float, rng: np.random.Generator) -> ImageBgr: ...
+
+    def move_target(self, target: PlacedObject) -> None: ...
+
+
+class PixelCamera(ExposedCamera):
+    """Frames that are really drawn, and the boxes that are really found in them."""
 
     def __init__(
         self,
         config: CameraConfig,
-        draw_with: Callable[[float], Draw],
+        painter_for: Callable[[float], Painter],
         detect: Detect,
         rng: np.random.Generator,
         start_s: float,
     ) -> None:
-        """`draw_with` gets the mount's error, rad, and gives what draws."""
-        self._config = config
-        self._rng = rng
-        self._first_s = start_s + float(rng.random()) / config.rate_hz
-        self._frame_id = 0
-        self.due_s = self._first_s
-        self.mount_error_rad = float(rng.uniform(-1.0, 1.0)) * config.mount_error_rad
-        """How far the camera really looks to the left of where it should: constant, unknown to the robot."""
-        self._draw = draw_with(self.mount_error_rad)
+        """`painter_for` gets the mount's error, rad, and gives what draws."""
+        super().__init__(config, rng, start_s)
+        self._painter = painter_for(self.mount_error_rad)
         self._detect = detect
-        self._under_way: deque[RawDetectionFrame] = deque(maxlen=MAX_UNDER_WAY)
 
-    def advance(self, now_s: float, history: PoseHistory) -> None:
-        while self.due_s <= now_s:
-            picture = self._draw(Pose2D(*history.at(self.due_s)), self.due_s, self._rng)
-            self._under_way.append(RawDetectionFrame(self.due_s, self._frame_id, self._detect(picture)))
-            self._frame_id += 1
-            self.due_s = self._first_s + self._frame_id / self._config.rate_hz
+    def move_target(self, target: PlacedObject) -> None:
+        self._painter.move_target(target)
 
-    def take(self, now_s: float) -> list[RawDetectionFrame]:
-        """Frames that are delivered by now, oldest first."""
-        ready: list[RawDetectionFrame] = []
-        while self._under_way and self._under_way[0].stamp_s + self._config.latency_s <= now_s + 1e-9:
-            ready.append(self._under_way.popleft())
-        return ready
+    def _boxes(self, stamp_s: float, history: PoseHistory) -> tuple[RawDetection, ...]:
+        return self._detect(self._painter.draw(Pose2D(*history.at(stamp_s)), stamp_s, self._rng))

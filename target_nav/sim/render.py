@@ -84,6 +84,10 @@ class Renderer:
         noise = np.random.default_rng(0).normal(0.0, look.noise_sigma * camera.noise_scale, shape)
         self._noise = np.rint(noise).astype(np.int16)
 
+    def move_target(self, target: PlacedObject) -> None:
+        """The target, the first of the arena's things, is there from the next picture on."""
+        self._things[0] = (target, self._things[0][1])
+
     def draw(self, true_pose: Pose2D, stamp_s: float, rng: np.random.Generator) -> ImageBgr:
         """The picture from base_link at `true_pose` (world), uint8 BGR of shape (height, width, 3), a new array.
 

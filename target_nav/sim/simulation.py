@@ -8,18 +8,21 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 
 from target_nav.config import Config
 from target_nav.sim.arena_types import Arena
 from target_nav.sim.boxes import BoxCamera
 from target_nav.sim.contact import ContactMonitor
 from target_nav.sim.drive import Drive
+from target_nav.sim.exposure import ExposedCamera
 from target_nav.sim.firmware_types import Firmware
 from target_nav.sim.history import PoseHistory
 from target_nav.sim.host_firmware import HostFirmware
 from target_nav.sim.judge import Verdict, judge, target_gap_m
 from target_nav.sim.lidar import Lidar
-from target_nav.sim.pixels import Detect, Draw, PixelCamera
+from target_nav.sim.moving import MovingTarget
+from target_nav.sim.pixels import Detect, Painter, PixelCamera
 from target_nav.sim.streams import stream
 from target_nav.sim.world import World
 from target_nav.state.types import Pose2D, RawDetectionFrame, Scan, TargetSpec, Twist2D
@@ -65,6 +68,7 @@ class Simulation:
         self._start_s = start_s
         self._steps = 0
         world = World(arena)
+        self._target = MovingTarget(arena, world)
         self._contact = ContactMonitor(world, start.x_m, start.y_m, start.yaw_rad)
         self.drive = Drive(
             config.robot, config.drive_sim, start, self._contact, stream(seed, "drive"), STEP_S
@@ -74,10 +78,10 @@ class Simulation:
         beams = world.ray_caster(config.lidar.z_m, config.lidar.true_profile)
         self._lidar = Lidar(config.lidar, beams, stream(seed, "lidar"), start_s)
         target_class = arena.target.class_name if arena.target is not None else TargetSpec().class_name
-        self._camera: BoxCamera | PixelCamera
+        self._camera: ExposedCamera
         if detect is not None:
             self._camera = PixelCamera(
-                config.camera, _drawing(arena, seed), detect, stream(seed, "camera"), start_s
+                config.camera, _painter(arena, seed), detect, stream(seed, "camera"), start_s
             )
         else:
             self._camera = BoxCamera(
@@ -114,6 +118,8 @@ class Simulation:
         if pwm != _OFF:
             self._driven_s = now_s
         drive.step(pwm)
+        if self._target.moves:
+            self._move_target()
         history.append(drive.x_m, drive.y_m, drive.yaw_rad)
         self._firmware.step(now_s, drive.ticks)
         if self._firmware.has_output:
@@ -127,6 +133,21 @@ class Simulation:
             self.path.append([now_s, pose.x_m, pose.y_m, pose.yaw_rad])
             if len(self.path) > PATH_LIMIT:
                 del self.path[: PATH_LIMIT // 2]
+
+    def _move_target(self) -> None:
+        way_m = self._target.step(STEP_S)
+        if self._target.place is not None:
+            self._camera.move_target(self._target.place)
+        self._contact.disturb(self.drive.x_m, self.drive.y_m, self.drive.yaw_rad, way_m)
+
+    @property
+    def target_moves(self) -> bool:
+        return self._target.moves
+
+    @property
+    def arena_now(self) -> Arena:
+        """The arena with the target where it is by now."""
+        return replace(self.arena, target=self._target.place)
 
     def serial_write(self, data: bytes) -> None:
         """Bytes from the host to the firmware, now."""
@@ -188,12 +209,14 @@ class Simulation:
         """From the footprint's front edge to the target's surface; None without a target."""
         if self.arena.target is None:
             return None
-        return target_gap_m(self.true_pose, self.arena, self.arena.target)
+        arena = self.arena_now
+        assert arena.target is not None
+        return target_gap_m(self.true_pose, arena, arena.target)
 
     def judge(self, stand_off_m: float, reported_arrived: bool) -> Verdict:
         """How the run stands now; see `target_nav.sim.judge`."""
         return judge(
-            self.arena,
+            self.arena_now,
             self.true_pose,
             self.true_twist,
             stand_off_m=stand_off_m,
@@ -204,14 +227,14 @@ class Simulation:
         )
 
 
-def _drawing(arena: Arena, seed: int) -> Callable[[float], Draw]:
+def _painter(arena: Arena, seed: int) -> Callable[[float], Painter]:
     """Every seed paints the room anew."""
 
-    def draw_with(mount_error_rad: float) -> Draw:
+    def painter_for(mount_error_rad: float) -> Painter:
         # Only who wants pictures loads OpenCV.
         from target_nav.sim.render import Renderer
         from target_nav.sim.render_look import Look
 
-        return Renderer(arena, arena.config, mount_error_rad, Look.of(seed)).draw
+        return Renderer(arena, arena.config, mount_error_rad, Look.of(seed))
 
-    return draw_with
+    return painter_for

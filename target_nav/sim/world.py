@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from target_nav.sim.arena_checks import edges
 from target_nav.sim.arena_types import Arena, CircleObstacle
-from target_nav.sim.geometry import point_to_rectangle, segment_to_rectangle
+from target_nav.sim.geometry import point_to_rectangle, point_to_segment, segment_to_rectangle
 from target_nav.state.types import FloatArray
 from target_nav.utils.bowling_pin import CLASS_NAME, width_at
 
@@ -39,8 +39,15 @@ class RayCaster:
         self._denominator = np.column_stack([ey, -ex])  # . (dx, dy)
         self._along_ray = np.column_stack([-ey, ex, x1 * ey - y1 * ex])  # . (ox, oy, 1)
         self._along_segment = np.column_stack([-y1, x1, -np.ones_like(x1)])  # . (dx, dy, o x d)
-        self._cx, self._cy, self._radius2 = circles[:, 0:1], circles[:, 1:2], circles[:, 2:3] ** 2
+        self._cx, self._cy, self._radius2 = (
+            circles[:, 0:1].copy(),
+            circles[:, 1:2].copy(),
+            circles[:, 2:3] ** 2,
+        )
         self._work: dict[int, tuple[FloatArray, ...]] = {}
+
+    def move_circle(self, index: int, x_m: float, y_m: float) -> None:
+        self._cx[index, 0], self._cy[index, 0] = x_m, y_m
 
     def cast(self, ox: FloatArray, oy: FloatArray, dx: FloatArray, dy: FloatArray) -> FloatArray:
         """Ranges in metres, shape (B,), of rays from (ox, oy) along unit vectors (dx, dy), each of shape (B,).
@@ -145,6 +152,10 @@ class World:
         self._heights = [math.inf] * len(circles) + [o.shape.height_m for o in solid]
         self._pins = [False] * len(circles) + [o.class_name == CLASS_NAME for o in solid]
         self.circles = np.array(circles + things, dtype=np.float64).reshape(-1, 3)
+        self._target_index = len(circles) if arena.target is not None and not arena.target.is_tag else None
+        """A tag is flat: it is no circle that anything could meet, or that could move."""
+        self._casters: list[tuple[RayCaster, int]] = []
+        """Those that see the target, and which of their circles it is."""
         self._segment_list = [tuple(row) for row in self.segments.tolist()]
         self._circle_list = [tuple(row) for row in self.circles.tolist()]
         x1, y1, x2, y2 = self.segments.T
@@ -160,7 +171,29 @@ class World:
             circles[:, 2] *= [
                 _share_at(height_m, height, is_pin) for height, is_pin in zip(self._heights, self._pins)
             ]
-        return RayCaster(self.segments, circles[seen])
+        caster = RayCaster(self.segments, circles[seen])
+        if self._target_index is not None and seen[self._target_index]:
+            self._casters.append((caster, sum(seen[: self._target_index])))
+        return caster
+
+    def move_target(self, x_m: float, y_m: float) -> None:
+        """The target is there now, for clearances and for every ray."""
+        assert self._target_index is not None, "there is no target that could move"
+        index = self._target_index
+        self._cx[index], self._cy[index] = x_m, y_m
+        self.circles[index, :2] = x_m, y_m
+        self._circle_list[index] = (x_m, y_m, self._circle_list[index][2])
+        for caster, own in self._casters:
+            caster.move_circle(own, x_m, y_m)
+
+    def room_round_target_m(self, x_m: float, y_m: float) -> float:
+        """From the target's surface, were it there, to the nearest wall, obstacle or decoy."""
+        assert self._target_index is not None, "there is no target that could move"
+        index = self._target_index
+        to_walls = min(point_to_segment(x_m, y_m, *segment) for segment in self._segment_list)
+        others = (c for i, c in enumerate(self._circle_list) if i != index)
+        to_things = min((math.hypot(c[0] - x_m, c[1] - y_m) - c[2] for c in others), default=math.inf)
+        return float(min(to_walls, to_things)) - self._circle_list[index][2]
 
     def clearance_m(self, x_m: float, y_m: float, yaw_rad: float) -> float:
         """From the footprint, a rectangle, to the nearest of everything; 0 when it touches.

@@ -75,11 +75,19 @@ class Scan:
 
 @dataclass(frozen=True)
 class TargetSpec:
-    """What the mission looks for. The class picks the detector's label, the size scales distance and checks shape."""
+    """What the mission looks for. The class picks the detector's label, the size scales distance and checks shape.
+
+    `lidar_width_m` is its width at the LiDAR's height, where that is not its largest; 0: as wide as everywhere.
+    """
 
     class_name: str = "bowling_pin"
     height_m: float = 0.28
     width_m: float = 0.08
+    lidar_width_m: float = 0.0
+
+    @property
+    def width_at_lidar_m(self) -> float:
+        return self.lidar_width_m or self.width_m
 
 
 @dataclass(frozen=True)
@@ -261,7 +269,7 @@ class CommandKind(IntEnum):
     LOAD = 10
     """Tick another mission, named by its path or its name in trees/; only while no mission is wanted."""
     TARGET = 11
-    """Look for `class,height_m,width_m` instead of the mission's target; empty: the mission's again."""
+    """Look for `class,height_m,width_m,lidar_width_m` instead of the mission's target; empty: the mission's again."""
     FIRMWARE = 12
     """A line for the firmware, as in `TMOTOR,FL,100`; only while no mission is wanted."""
 

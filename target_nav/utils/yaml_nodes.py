@@ -171,9 +171,9 @@ class NodeReader:
         return float(value)
 
     def numbers(
-        self, node: yaml.Node, what: str, names: tuple[str, ...], limits: tuple[float, float]
+        self, node: yaml.Node, what: str, names: tuple[str, ...], limits: tuple[float, float], unit: str = "m"
     ) -> list[float] | None:
-        """As many numbers as there are names."""
+        """As many numbers as there are names, in `unit`; what is called yaw, in rad."""
         nodes = self.sequence(node, what)
         if nodes is None:
             return None
@@ -183,7 +183,7 @@ class NodeReader:
             )
             return None
         values = [
-            self.number(item, f"{what}'s {name}", "rad" if name == "yaw" else "m", *limits)
+            self.number(item, f"{what}'s {name}", "rad" if name == "yaw" else unit, *limits)
             for item, name in zip(nodes, names)
         ]
         return None if None in values else [value for value in values if value is not None]

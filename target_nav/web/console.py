@@ -114,8 +114,9 @@ class Console:
         name = str(arguments.get("class", ""))
         if not name:
             return await self.say(CommandKind.TARGET, "", who)
-        size = f"{float(arguments['height_m']):g},{float(arguments['width_m']):g}"
-        return await self.say(CommandKind.TARGET, f"{name},{size}", who)
+        sizes_m = (arguments["height_m"], arguments["width_m"], arguments.get("lidar_width_m", 0.0))
+        text = ",".join((name, *(f"{float(size):g}" for size in sizes_m)))
+        return await self.say(CommandKind.TARGET, text, who)
 
     async def reset_odometry(self, arguments: Arguments, who: str) -> Any:
         said = await self.say(CommandKind.RESET_ODOM, "", who)

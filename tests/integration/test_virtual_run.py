@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("mcap")
 pytest.importorskip("matplotlib")
 
-from target_nav.app.campaign import execute, in_order, orders, run_all, write_json_lines
+from target_nav.app.campaign import LinesInOrder, execute, orders, run_all
 from target_nav.app.paths import mission_path
 from target_nav.app.recording import RecordingError, RunRecorder, header_of, read_run
 from target_nav.app.replay import replay
@@ -128,8 +128,9 @@ def test_a_campaign_gives_the_same_lines_however_many_processes_run_it(tmp_path:
     todo = orders(["open_floor", "generated_4_6"], 2, 10, MISSION, with_trace=True)
     for jobs in (1, 2):
         with (tmp_path / f"{jobs}.jsonl").open("w") as out:
-            results = in_order(run_all(todo, jobs), todo)
-            write_json_lines([timed.result for timed in results], out, traces=True)
+            lines = LinesInOrder(todo, out, traces=True)
+            for timed in run_all(todo, jobs):
+                lines.add(timed)
     assert (tmp_path / "1.jsonl").read_bytes() == (tmp_path / "2.jsonl").read_bytes()
     line = json.loads((tmp_path / "1.jsonl").read_text().splitlines()[0])
     fields = "arena seed mission success collided timeout time_s path_m stop_error_m bearing_error_rad"

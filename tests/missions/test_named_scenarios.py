@@ -62,6 +62,8 @@ CLAIMS: dict[str, Claim] = {
     "wide_blind_zone": exact,
     "drop_outs": exact,
     "wrong_focal_length": exact,
+    "slow_target": exact,
+    "leaving_target": exact,
 }
 GOALS: dict[str, Claim] = {
     "goal_open_floor": goes_no_farther_than(3.5),

@@ -11,6 +11,7 @@ import click
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from target_nav.app.campaign import (
+    LinesInOrder,
     RunOrder,
     TimedResult,
     generated_orders,
@@ -18,7 +19,6 @@ from target_nav.app.campaign import (
     orders,
     replay_command,
     run_all,
-    write_json_lines,
 )
 from target_nav.app.campaign_table import campaign_table
 from target_nav.app.paths import REFERENCE_MISSION, mission_path
@@ -113,9 +113,8 @@ def command(
         for arena in named:
             load_arena(arena)
         todo = orders(named, seeds, seed, path, traces, pixels)
-    results = in_order(_run_with_bar(todo, jobs), todo)
-    if out is not None:
-        write_json_lines((timed.result for timed in results), out, traces)
+    lines = LinesInOrder(todo, out, traces) if out is not None else None
+    results = in_order(_run_with_bar(todo, jobs, lines), todo)
     rows = [timed.result.as_json() for timed in results]
     table_console().print(campaign_table(rows, f"campaign: {path.stem}"))
     click.echo(_speed_line(results))
@@ -124,7 +123,7 @@ def command(
     ctx.exit(1 if failed else 0)
 
 
-def _run_with_bar(todo: Sequence[RunOrder], jobs: int) -> list[TimedResult]:
+def _run_with_bar(todo: Sequence[RunOrder], jobs: int, lines: LinesInOrder | None) -> list[TimedResult]:
     console = table_console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     results: list[TimedResult] = []
@@ -133,6 +132,8 @@ def _run_with_bar(todo: Sequence[RunOrder], jobs: int) -> list[TimedResult]:
         task = progress.add_task("runs", total=len(todo))
         for timed in run_all(todo, jobs):
             results.append(timed)
+            if lines is not None:
+                lines.add(timed)
             failed += not timed.result.as_expected
             progress.update(task, advance=1, description=f"runs, {failed} failed")
     return results

@@ -238,12 +238,27 @@ def test_the_operators_target_beats_the_missions_until_he_gives_it_back(world: W
     world.say(CommandKind.TARGET, "bottle,0.3,0.07")
     tick(core, 10.0)
     assert world.published[-1].spec == TargetSpec("bottle", 0.3, 0.07)
+    world.say(CommandKind.TARGET, "bottle,0.3,0.07,0.03")
+    tick(core, 10.02)
+    assert world.published[-1].spec.width_at_lidar_m == 0.03
     world.say(CommandKind.TARGET, "")
     tick(core, 10.05)
-    assert world.published[-1].spec == TargetSpec("bowling_pin", 0.28, 0.08)
+    assert world.published[-1].spec == TargetSpec("bowling_pin", 0.28, 0.08, 0.032)
 
 
-@pytest.mark.parametrize("argument", ["pin", "pin,0.3", "pin,a,b", "pin,9,0.1", "pin,nan,0.1", ",0.3,0.1"])
+@pytest.mark.parametrize(
+    "argument",
+    [
+        "pin",
+        "pin,0.3",
+        "pin,a,b",
+        "pin,9,0.1",
+        "pin,nan,0.1",
+        ",0.3,0.1",
+        "pin,0.3,0.1,-1",
+        "pin,0.3,0.1,0,0",
+    ],
+)
 def test_a_target_without_a_size_is_none(argument: str) -> None:
     with pytest.raises(ConfigError, match="class,height_m,width_m"):
         target_of(argument)

@@ -62,6 +62,13 @@ def test_a_stale_input_is_named_with_its_age_and_limit(
     assert leaf.get_last_output("reason") == words
 
 
+def test_a_mission_that_looks_for_nothing_needs_no_camera(board: ScriptedBoard) -> None:
+    board.write(keys.CAMERA_AGE_S, math.inf)
+    assert ticked(InputsFresh("fresh"), camera_needed=False) is Status.SUCCESS
+    board.write(keys.SCAN_AGE_S, 5.0)
+    assert ticked(InputsFresh("fresh"), camera_needed=False) is Status.FAILURE
+
+
 def test_the_missions_limit_wins_over_the_configurations(board: ScriptedBoard) -> None:
     board.write(keys.CAMERA_AGE_S, 1.5)
     assert ticked(InputsFresh("fresh"), camera_max_age_s=2.0) is Status.SUCCESS

@@ -17,7 +17,7 @@ def test_the_shipped_missions_are_found() -> None:
 
 def test_targets_are_those_that_missions_name_each_once() -> None:
     found = targets(missions())
-    assert TargetSpec("bowling_pin", 0.28, 0.08) in found
+    assert TargetSpec("bowling_pin", 0.28, 0.08, 0.032) in found
     assert len(found) == len(set(found))
 
 

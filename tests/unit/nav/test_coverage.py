@@ -139,3 +139,27 @@ def test_beyond_the_reach_of_the_view_nothing_counts() -> None:
     assert ahead_and_behind(coverage)[0] == 0.0, "what could be seen from here was"
     coverage.update(Pose2D(), NO_POINTS, 3.0)
     assert ahead_and_behind(coverage)[0] > 1.0, "but what lies farther off was not"
+
+
+def test_single_cells_left_over_are_not_worth_going_for() -> None:
+    coverage = known()
+    coverage.settle(Pose2D())
+    for x in np.arange(-2.0, 2.1, 0.4):
+        coverage._looks[100, 120 + round(x / 0.1)] = 0
+    coverage._missing = None
+    assert coverage.unseen_by_ray_m2(HERE).sum() < 0.05
+    coverage._looks[100:102, 120:122] = 0
+    coverage._missing = None
+    assert coverage.unseen_by_ray_m2(HERE).sum() > 0.02
+
+
+def test_floor_in_front_of_a_walls_old_place_is_none_behind_its_new_one() -> None:
+    """Drift puts a wall nearer than it was; what was seen before it has become its inside."""
+    coverage = Coverage(CameraConfig(), 3.0)
+    coverage.update(Pose2D(), wall(1.8, -2.0, 1.8, 2.0), 4.0)
+    between = points((1.6, 0.0), (1.6, 0.4), (-1.5, 0.0))
+    assert coverage.is_known_free(between).tolist() == [True, True, True]
+    coverage.update(Pose2D(), wall(1.4, -2.0, 1.4, 2.0), 4.0)
+    assert coverage.is_known_free(between).tolist() == [False, False, True]
+    coverage.update(Pose2D(2.5, 0.0), wall(1.4, -2.0, 1.4, 2.0), 4.0)
+    assert coverage.is_known_free(between).tolist() == [True, True, True], "seen from there it is floor again"

@@ -11,9 +11,10 @@ import pytest
 from target_nav.config import Config
 from target_nav.nav.drive import Drive, Driver
 from target_nav.nav.footprint import Footprint
-from target_nav.state.types import STOP, FloatArray, Pose2D, Twist2D
+from target_nav.nav.limiter import VelocityLimiter
+from target_nav.state.types import STOP, FloatArray, MotionRequest, NavState, Pose2D, Twist2D
 from target_nav.utils.frames import compose, points_to_child
-from tests.unit.nav.views import NO_POINTS, view, wall
+from tests.unit.nav.views import NO_POINTS, ORIGIN, view, wall
 
 CONFIG = Config()
 DIFFERENTIAL = CONFIG.override({"robot.drive": "differential"})
@@ -33,10 +34,12 @@ def follow(
     face: tuple[float, float] | None = None,
     seconds: float = 40.0,
     speed_mps: float = 0.2,
+    start: Pose2D = ORIGIN,
+    limiter: VelocityLimiter | None = None,
 ) -> tuple[list[Pose2D], float, Drive]:
-    """An ideal robot that does what it is told: poses, least clearance, the last step."""
+    """An ideal robot that does what it is told, or what `limiter` lets through: poses, least clearance, last step."""
     driver, body = Driver(config), Footprint.of(config.robot)
-    pose, twist = Pose2D(), STOP
+    pose, twist = start, STOP
     poses, least = [pose], math.inf
     for tick in range(round(seconds / DT)):
         near = points_to_child(pose, obstacles)
@@ -51,7 +54,19 @@ def follow(
         drive = driver.drive(seen, lambda _: spots(goal), speed_mps=speed_mps, face_rad=bearing)
         if drive.at_goal:
             break
-        twist = drive.twist
+        if limiter is None:
+            twist = drive.twist
+        else:
+            twist = limiter.limit(
+                MotionRequest("test", NavState.NAVIGATING, drive.twist),
+                dt_s=DT,
+                scan_age_s=0.0,
+                odom_age_s=0.0,
+                camera_age_s=0.0,
+                obstacles_in_base_m=near,
+                target_in_base=None,
+                measured=twist,
+            ).twist
         pose = compose(pose, Pose2D(twist.vx_mps * DT, twist.vy_mps * DT, twist.wz_radps * DT))
         poses.append(pose)
     return poses, least, drive
@@ -106,6 +121,33 @@ def test_a_long_body_that_looks_aside_turns_along_the_way_for_a_narrow_gap() -> 
     inside = [pose.yaw_rad for pose in poses if abs(pose.x_m - 1.0) < 0.1]
     assert max(abs(yaw) for yaw in inside) < 0.3
     assert poses[-1].yaw_rad > 0.8, "and looks aside again behind it"
+
+
+def bent_passage(width: float) -> FloatArray:
+    """From the left along y = 0 to the bend at the origin, then down along x = 0 and to the right at y = -1.2."""
+    w = width / 2
+    sides = [
+        wall(-1.5, w, w, w),
+        wall(-1.5, -w, -w, -w),
+        wall(w, w, w, -1.2 + w),
+        wall(-w, -w, -w, -1.2 - w),
+        wall(w, -1.2 + w, 1.5, -1.2 + w),
+        wall(-w, -1.2 - w, 1.5, -1.2 - w),
+    ]
+    return np.vstack(sides)
+
+
+@pytest.mark.parametrize(
+    ("goal", "askew_deg"), [((-2.0, 0.0), 30), ((-2.0, 0.0), 45), ((2.0, -1.2), -40), ((2.0, -1.2), 70)]
+)
+def test_askew_in_a_bend_it_turns_to_where_it_fits(goal: tuple[float, float], askew_deg: int) -> None:
+    """Half a metre is 9 cm more than the body's diagonal: askew it fits nowhere but where it stands."""
+    start = Pose2D(0.02, -0.02, math.radians(askew_deg))
+    _, least, last = follow(
+        CONFIG, bent_passage(0.5), goal, start=start, seconds=60.0, limiter=VelocityLimiter(CONFIG)
+    )
+    assert last.at_goal
+    assert least > 0.01
 
 
 @pytest.mark.parametrize("y", [-1.0, 0.4, 1.0])

@@ -86,3 +86,25 @@ def test_how_far_the_view_reaches_is_learnt_from_its_points() -> None:
     assert memory.reach_m == 1.4
     memory.update(0.0, HERE, points((0.3, 0.0), (9.0, 0.0)))
     assert memory.reach_m == 4.0
+
+
+def test_behind_the_points_of_a_near_wall_nothing_grows_old_sooner() -> None:
+    """Between two points a cell apart there is no direction without returns."""
+    memory = RouteMemory(4.0, 4.0)
+    memory.update(0.0, HERE, BEHIND)
+    near = wall(0.25, -1.5, 0.25, 1.5, step=0.05)
+    for step in range(50):
+        known = memory.update(0.3 * (step + 1), HERE, near)
+    assert holds(known, BEHIND) == 1.0
+
+
+def test_an_old_copy_of_a_wall_in_view_goes_even_where_it_is_hidden() -> None:
+    """Drift draws a wall elsewhere after some metres, and behind itself."""
+    memory = RouteMemory(4.0, 4.0)
+    copy, other = BOX + np.array([0.18, 0.0]), BEHIND
+    memory.update(0.0, HERE, np.vstack([copy, other]))
+    known = memory.update(5.0, HERE, BOX)
+    assert holds(known, copy) == 1.0, "at first both may be"
+    known = memory.update(20.0, HERE, BOX)
+    assert holds(known, copy) == 0.0
+    assert holds(known, other) == 1.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -250,15 +251,15 @@ def test_a_target_that_half_of_the_frames_miss_is_confirmed() -> None:
     assert track.confirmed
 
 
-@pytest.mark.parametrize("share", [1.0, 0.4])
-def test_the_lidar_is_believed_for_the_width_that_it_sees(share: float) -> None:
+@pytest.mark.parametrize("lidar_width_m", [0.0, 0.032])
+def test_the_lidar_is_believed_for_the_width_that_it_sees(lidar_width_m: float) -> None:
     """A pin's neck is where the LiDAR looks: its centre lies nearer behind what comes back than half a belly."""
-    config = CONFIG.override({"track.lidar_width_share": share})
-    pin, neck = (0.7, 0.0), 0.5 * share * SPEC.width_m
-    world = World(circles=[(*pin, neck)], walls=ROOM, config=config)
-    feed, track = Feed(config=config), None
+    spec = replace(SPEC, lidar_width_m=lidar_width_m)
+    pin = (0.7, 0.0)
+    world = World(circles=[(*pin, 0.5 * spec.width_at_lidar_m)], walls=ROOM)
+    feed, track = Feed(), None
     for _ in range(15):
-        track = feed.step(pin_at(*pin), world=world)
+        track = feed.step(pin_at(*pin), spec=spec, world=world)
     assert track is not None
     assert feed.now_s - track.last_ranged_s < 0.5
     assert track.range_m == pytest.approx(0.7, abs=0.008)

@@ -140,3 +140,14 @@ def test_its_memory_turns_with_the_body() -> None:
     second = steer(seen, -turn, vfh=vfh, yaw_rad=turn)
     assert second is not None
     assert math.copysign(1.0, second.direction_rad + turn) == math.copysign(1.0, first.direction_rad)
+
+
+@pytest.mark.parametrize("aside_m", [-0.04, -0.02, 0.0, 0.02, 0.04, 0.06])
+def test_it_aims_finer_than_its_sectors_at_a_gap_with_little_to_spare(aside_m: float) -> None:
+    """Through the middle of a gap of 0.39 m, from wherever it stands before it, though the goal lies a little off."""
+    gap = np.vstack([wall(0.5, 0.195, 0.5, 1.6, 0.02), wall(0.5, -1.6, 0.5, -0.195, 0.02)])
+    goal = math.atan2(0.03 - aside_m, 0.7)
+    chosen = steer(gap + np.array([0.0, -aside_m]), goal, goal_m=0.8, turned=True)
+    assert chosen is not None
+    assert chosen.free_m > 0.6
+    assert abs(0.5 * math.tan(chosen.direction_rad) + aside_m) < 0.04

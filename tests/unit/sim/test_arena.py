@@ -189,7 +189,7 @@ def test_there_is_a_way_to_the_target_for_a_robot_of_0_2_m_radius(name):
         (HEAD + "target: {class: bowling_pn, x: 1, y: 1}\n",
          "3: error: target: there is no class 'bowling_pn'; did you mean 'bowling_pin'?"),
         (HEAD + "target: {class: bowling_pin, x: 1, y: 1, z: 0}\n",
-         "3: error: target has no key 'z'; it has class, x, y, yaw"),
+         "3: error: target has no key 'z'; it has class, x, y, yaw, velocity_mps, moves_s"),
         (HEAD + "goal: {x: 1, y: 1, radius: -0.1}\n",
          "3: error: goal's radius is -0.1 m; it must lie in 0.001 ... 1000 m"),
         (HEAD + "target: {class: bottle, x: 1, y: 1}\ngoal: {x: 1, y: 2, radius: 1}\n",

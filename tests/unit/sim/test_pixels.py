@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from target_nav.config import Config
+from target_nav.detectors.pin_pixels import PinPixelDetector
 from target_nav.sim.arena import Arena, Bounds, PlacedObject
 from target_nav.sim.history import PoseHistory
-from target_nav.sim.pixels import Draw, PixelCamera
+from target_nav.sim.pixels import PixelCamera
 from target_nav.sim.simulation import Simulation
 from target_nav.state.types import Pose2D, RawDetection
 
@@ -16,19 +17,29 @@ BOX = RawDetection("bowling_pin", 0.9, 320.0, 240.0, 40.0, 140.0)
 FRAME = np.zeros((480, 640, 3), np.uint8)
 
 
+class Painter:
+    """Remembers from where it was asked to draw, and where the target was put."""
+
+    def __init__(self) -> None:
+        self.seen: list[Pose2D] = []
+        self.target: PlacedObject | None = None
+
+    def draw(self, true_pose: Pose2D, stamp_s: float, rng: np.random.Generator) -> np.ndarray:
+        self.seen.append(true_pose)
+        return FRAME
+
+    def move_target(self, target: PlacedObject) -> None:
+        self.target = target
+
+
 def test_frames_come_at_their_rate_and_late_by_their_latency() -> None:
-    seen: list[Pose2D] = []
+    painter = Painter()
 
-    def draw_with(mount_error_rad: float) -> Draw:
+    def painter_for(mount_error_rad: float) -> Painter:
         assert abs(mount_error_rad) <= CONFIG.camera.mount_error_rad
+        return painter
 
-        def draw(pose: Pose2D, stamp_s: float, rng: np.random.Generator) -> np.ndarray:
-            seen.append(pose)
-            return FRAME
-
-        return draw
-
-    camera = PixelCamera(CONFIG.camera, draw_with, lambda picture: (BOX,), np.random.default_rng(1), 0.0)
+    camera = PixelCamera(CONFIG.camera, painter_for, lambda picture: (BOX,), np.random.default_rng(1), 0.0)
     history = PoseHistory(0.0, 0.01, 0.0, 0.0, 0.0)
     frames = []
     for step in range(1, 201):
@@ -41,7 +52,7 @@ def test_frames_come_at_their_rate_and_late_by_their_latency() -> None:
     assert [frame.frame_id for frame in frames] == list(range(len(frames)))
     assert all(frame.detections == (BOX,) for frame in frames)
     # Drawn from where the robot was when the frame was exposed: it drives 1 m/s.
-    assert all(abs(pose.x_m - frame.stamp_s) < 0.02 for pose, frame in zip(seen, frames))
+    assert all(abs(pose.x_m - frame.stamp_s) < 0.02 for pose, frame in zip(painter.seen, frames))
 
 
 def test_the_same_seed_shows_the_same_pictures() -> None:
@@ -61,3 +72,18 @@ def test_the_same_seed_shows_the_same_pictures() -> None:
     assert len(first) >= 3
     assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
     assert not np.array_equal(first[0], other[0])
+
+
+def test_a_target_that_moves_is_drawn_where_it_is() -> None:
+    pin = PlacedObject("bowling_pin", 0.0, -0.5, velocity_mps=(0.0, 0.5))
+    arena = Arena("room", Bounds(-3, -3, 3, 3), Pose2D(-2.0, 0.0, 0.0), pin)
+    taken: list[np.ndarray] = []
+
+    def detect(picture: np.ndarray) -> tuple[RawDetection, ...]:
+        taken.append(picture)
+        return ()
+
+    Simulation(arena, 3, detect=detect).step_to(2.5)
+    columns = [PinPixelDetector().detect(picture)[0].u_px for picture in (taken[0], taken[-1])]
+    # From half a metre to the right to half a metre to the left, two metres off.
+    assert columns[1] < columns[0] - 200.0

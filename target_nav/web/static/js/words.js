@@ -69,7 +69,7 @@ export function mountWords(store, link, driving) {
   });
   target.addEventListener("change", async () => {
     const spec = target.value ? JSON.parse(target.value) : {};
-    await say("target", spec.class_name ? { class: spec.class_name, height_m: spec.height_m, width_m: spec.width_m } : {});
+    await say("target", spec.class_name ? { class: spec.class_name, height_m: spec.height_m, width_m: spec.width_m, lidar_width_m: spec.lidar_width_m } : {});
   });
 
   async function fill() {
