@@ -16,8 +16,8 @@ from target_nav.nav.blind_approach import BlindApproach as BlindApproachSkill
 from target_nav.nav.navigate import NavigateToTarget as NavigateToTargetSkill
 from target_nav.nav.skill import Skill
 from target_nav.state import keys
-from target_nav.state.target_label import is_flat
-from target_nav.state.types import NavState, TargetSpec
+from target_nav.state.target_label import surface_m
+from target_nav.state.types import NavState
 
 
 class ApproachFrom(str, Enum):
@@ -91,13 +91,13 @@ class BlindApproach(MotionLeaf):
     PORT_LIMITS = {"stand_off_m": (0.0, 2.0), "speed_mps": (0.01, 1.0), "timeout_s": TIME_S}
 
     def make_skill(self) -> Skill:
-        config = self.config()
+        config, spec = self.config(), self.spec()
         return BlindApproachSkill(
             config,
             stand_off_m=self.get_input("stand_off_m", config.approach.stand_off_m),
             speed_mps=self.get_input("speed_mps", config.approach.blind_speed_mps),
             timeout_s=self.get_input("timeout_s", config.approach.blind_timeout_s),
-            target_radius_m=_surface_m(self.read(keys.SPEC)),
+            target_radius_m=surface_m(spec.class_name, spec.width_m),
         )
 
 
@@ -115,20 +115,15 @@ class ConfirmArrival(MotionLeaf):
     PORT_LIMITS = {"stand_off_m": (0.0, 2.0), "confirm_s": (0.0, 60.0), "timeout_s": TIME_S}
 
     def make_skill(self) -> Skill:
-        config = self.config()
+        config, spec = self.config(), self.spec()
         return ConfirmArrivalSkill(
             config,
             stand_off_m=self.get_input("stand_off_m", config.approach.stand_off_m),
             confirm_s=self.get_input("confirm_s", config.arrival.confirm_s),
             timeout_s=self.get_input("timeout_s"),
-            target_radius_m=_surface_m(self.read(keys.SPEC)),
-            target_width_m=self.read(keys.SPEC).width_m,
+            target_radius_m=surface_m(spec.class_name, spec.width_m),
+            target_width_m=spec.width_m,
         )
-
-
-def _surface_m(spec: TargetSpec) -> float:
-    """From the target's centre to its surface."""
-    return 0.0 if is_flat(spec.class_name) else spec.width_m / 2.0
 
 
 def stand_off_of(root: py_trees.behaviour.Behaviour, config: Config) -> float:

@@ -11,7 +11,7 @@ from behaviours.leaf import MissionLeaf, Ports, number, text
 from target_nav.nav.skill import Skill, SkillStatus, View
 from target_nav.state import keys
 from target_nav.state.keys import Key
-from target_nav.state.types import Avoidance, MotionRequest, NavState
+from target_nav.state.types import Avoidance, MotionRequest, NavState, TargetSpec
 
 STATUS_OF = {
     SkillStatus.RUNNING: Status.RUNNING,
@@ -54,6 +54,10 @@ class MotionLeaf(MissionLeaf):
             detections=self.read(keys.DETECTIONS),
             is_busy=self.read(keys.SCAN_TAKEN),
         )
+
+    def spec(self) -> TargetSpec:
+        spec: TargetSpec = self.read(keys.SPEC)
+        return spec
 
     def initialise(self) -> None:
         self._skill = self.make_skill()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from target_nav.config import Config
 from target_nav.gui.source import World
+from target_nav.state.target_label import surface_m
 from target_nav.state.types import OutcomeKind
 
 
@@ -40,7 +41,7 @@ def arrival_view(world: World, config: Config) -> ArrivalView:
     seen_s = ranged_s = math.inf
     stand_off_m = config.approach.stand_off_m
     if nav is not None and track is not None:
-        gap = track.range_m - config.robot.front_m - 0.5 * nav.spec.width_m
+        gap = track.range_m - config.robot.front_m - surface_m(nav.spec.class_name, nav.spec.width_m)
         bearing, sigma = track.bearing_rad, track.sigma_m
         seen_s, ranged_s = world.now_s - track.last_seen_s, world.now_s - track.last_ranged_s
     begin_m = max(config.approach.blind_from_m - config.robot.front_m - stand_off_m, 0.1)

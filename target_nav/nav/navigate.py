@@ -45,6 +45,8 @@ _FAR_SIDE_M = 6.0
 """Where no side looks free, the side away from the robot costs so much more."""
 _SETTLE_S = 3.0
 """So long it tries for a way in with comfortable room beside the body; then just enough will do."""
+_MOVED_M = 0.5
+"""What was known of another place's face does not hold here."""
 _KEEP_OFF = 0.05 * np.column_stack(
     [np.cos(np.arange(8) * math.pi / 4.0), np.sin(np.arange(8) * math.pi / 4.0)]
 )
@@ -95,6 +97,7 @@ class NavigateToTarget(GuardedSkill):
         # Points round the target that may be its own. Not seeing it for a while does not make a box beside it its own.
         self._unsure_m = _MOST_UNSURE_M
         self._facing_rad: float | None = None
+        self._faced_m = (math.inf, math.inf)
         self._is_on_spot = False
 
     def _step(self, view: View) -> SkillStep:
@@ -109,8 +112,8 @@ class NavigateToTarget(GuardedSkill):
         range_m, bearing_rad = math.hypot(*target), math.atan2(target[1], target[0])
         self._settle_for_less(view, range_m)
         self._unsure_m = min(self._unsure_m, _OWN_RADIUS_M + 2.0 * track.sigma_m)
-        if self._from_face and track.facing_in_odom_rad is not None:
-            self._facing_rad = track.facing_in_odom_rad
+        if self._from_face:
+            self._take_facing(track)
         off_rad = self._off_square(view, track)
         in_place = range_m <= self._until_m and abs(bearing_rad) < _FACING_RAD
         if in_place and off_rad <= self._square_rad and self._is_clear(view, target):
@@ -129,6 +132,13 @@ class NavigateToTarget(GuardedSkill):
         words = f"target {range_m:.2f} m off{self._of_face(off_rad)}"
         words += f", {drive.reason}" if drive.reason else ""
         return SkillStep(SkillStatus.RUNNING, drive.twist, words)
+
+    def _take_facing(self, track: Track) -> None:
+        """The newest answer is kept while there is none, unless the target is not where it was."""
+        if track.facing_in_odom_rad is not None and math.isfinite(track.facing_in_odom_rad):
+            self._facing_rad, self._faced_m = track.facing_in_odom_rad, (track.x_m, track.y_m)
+        elif math.dist(self._faced_m, (track.x_m, track.y_m)) > _MOVED_M:
+            self._facing_rad = None
 
     def _off_square(self, view: View, track: Track) -> float:
         """How far from straight before the face; 0 where that does not matter or is not known."""

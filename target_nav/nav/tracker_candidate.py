@@ -59,7 +59,7 @@ class Candidate:
     fused: TargetFilter | None = None
     """What camera and LiDAR say together, since the first cluster that was taken."""
     face: FacingBelief = field(default_factory=lambda: FacingBelief())
-    """Where its face looks, if it has one."""
+    """Where its face looks, if it has one. (By name, so that a benchmark can put another belief in its place.)"""
 
     @property
     def filter(self) -> TargetFilter:

@@ -53,9 +53,9 @@ def split_label(label: str) -> tuple[TargetDetector, str]:
     return TargetDetector[name], what
 
 
-def is_flat(label: str) -> bool:
-    """Whether the target's surface is where its middle is, and has a face that looks somewhere."""
-    return label.startswith(f"{TargetDetector.apriltag.value}:")
+def surface_m(label: str, width_m: float) -> float:
+    """From the target's middle to its surface: half its width, but nothing of a tag, which is flat."""
+    return 0.0 if label.startswith(f"{TargetDetector.apriltag.value}:") else 0.5 * width_m
 
 
 def is_scaled_by_width(label: str) -> bool:

@@ -104,6 +104,12 @@ def test_without_a_known_face_it_goes_the_short_way_and_says_so() -> None:
     assert world.true_pose == plain.true_pose
 
 
+def test_a_facing_that_is_no_number_is_none() -> None:
+    _, status, reason = run(math.nan)
+    assert status is SkillStatus.SUCCESS
+    assert "where its face looks is not known" in reason
+
+
 def test_a_face_nobody_asked_for_changes_nothing() -> None:
     world, status, reason = run(math.pi / 2.0, from_face=False)
     plain, _, plain_reason = run(None, from_face=False)

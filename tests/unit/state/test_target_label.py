@@ -7,7 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from target_nav.errors import ConfigError
-from target_nav.state.target_label import TargetDetector, is_scaled_by_width, make_label, split_label
+from target_nav.state.target_label import (
+    TargetDetector,
+    is_scaled_by_width,
+    make_label,
+    split_label,
+    surface_m,
+)
 
 NAMES = st.text(st.characters(exclude_characters=":"), min_size=1, max_size=20)
 
@@ -31,3 +37,8 @@ def test_only_two_boxes_are_scaled_by_their_gap() -> None:
     assert is_scaled_by_width("two_boxes:green")
     assert not is_scaled_by_width("colour:green")
     assert not is_scaled_by_width("two_boxes")
+
+
+def test_a_tag_is_flat_and_all_else_is_as_deep_as_half_its_width() -> None:
+    assert surface_m("apriltag:7", 0.16) == 0.0
+    assert surface_m("bowling_pin", 0.08) == surface_m("hsv:red", 0.08) == 0.04
