@@ -90,6 +90,7 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         *share("launch", "*.py", "*.xml", "*.yaml"),
         *share("urdf", "*.urdf", "*.xacro"),
+        *share("deploy/model", "*.onnx", "*.sha256"),
         *share("trees", "*.xml", "*.yaml"),
         # The simulator builds it where it is installed.
         *share("deploy/firmware/target_nav_firmware", "*.cpp", "*.h", "*.ino"),
@@ -116,6 +117,8 @@ setup(
         "record": ["mcap>=1.1"],
         # Groot2's monitor: ZeroMQ, and MessagePack for the blackboard.
         "groot": GROOT,
+        # To train the pin model anew (deploy/model); nothing at run time needs it.
+        "train": ["torch>=2.4", "onnx>=1.16"],
         # The browser console.
         "web": WEB,
         "test": TEST,

@@ -9,7 +9,9 @@ from py_trees.ports import PortInformation
 
 from behaviours.leaf import MissionLeaf, number, text
 from behaviours.motion import TIME_S
+from target_nav.errors import ConfigError
 from target_nav.state import keys
+from target_nav.state.target_label import TargetDetector, make_label
 from target_nav.state.types import TargetSpec
 
 
@@ -17,12 +19,18 @@ class SetTarget(MissionLeaf):
     """Says what the mission looks for, unless the operator chose something else. SUCCESS at once."""
 
     INPUT_PORTS = {
-        "class": text("the detector's label", required=True),
+        "class": text("what to look for: the detector's class, a colour, a tag's number", required=True),
         "height_m": PortInformation(float, required=True, description="scales the distance from the camera"),
         "width_m": PortInformation(
             float, required=True, description="checks shapes, and is twice the radius"
         ),
         "lidar_width_m": number("width at the LiDAR's height, if that is less", default=0.0),
+        "detector": PortInformation(
+            TargetDetector,
+            required=False,
+            description="what finds it in the picture",
+            default_value=TargetDetector.network,
+        ),
     }
     OUTPUT_PORTS = {}
     PORT_LIMITS = {"height_m": (0.01, 5.0), "width_m": (0.01, 5.0), "lidar_width_m": (0.0, 5.0)}
@@ -31,14 +39,17 @@ class SetTarget(MissionLeaf):
 
     def update(self) -> Status:
         chosen: TargetSpec | None = self.read(keys.TARGET_CHOICE)
-        spec = chosen or TargetSpec(
-            self.get_input("class"),
-            self.get_input("height_m"),
-            self.get_input("width_m"),
-            self.get_input("lidar_width_m"),
-        )
+        try:
+            spec = chosen or self._spec_of_the_mission()
+        except ConfigError as error:
+            return self.say(str(error), Status.FAILURE)
         self.write(keys.SPEC, spec)
         return self.say(f"{spec.class_name}, {spec.height_m:.2f} m x {spec.width_m:.2f} m", Status.SUCCESS)
+
+    def _spec_of_the_mission(self) -> TargetSpec:
+        label = make_label(self.get_input("detector"), self.get_input("class"))
+        sizes_m = (self.get_input(port) for port in ("height_m", "width_m", "lidar_width_m"))
+        return TargetSpec(label, *sizes_m)
 
 
 class MissionRequested(MissionLeaf):

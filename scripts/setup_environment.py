@@ -3,9 +3,9 @@
 
 Four steps, each repeatable: a virtual environment, the locked packages, the two ROS interface packages that the
 wheels lack, and this checkout itself (editable). A stamp holds the hash of everything they depend on, so a second
-call returns at once (the simulator's firmware looks after itself); a call that was interrupted leaves no stamp, and
-the next one starts over. Standard library only: it runs on whatever Python the machine has. docs/environment.md tells
-why it is done this way.
+call returns at once (the simulator's firmware and the C++ detector look after themselves); a call that was interrupted
+leaves no stamp, and the next one starts over. Standard library only: it runs on whatever Python the machine has.
+docs/environment.md tells why it is done this way.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from environment import firmware, interfaces
+from environment import detector, firmware, interfaces
 from environment.steps import LOG, ROOT, STATE, Progress, SetupError, digest, exclusive, once, output_of, run
 
 LOCK = ROOT / "requirements.lock"
@@ -143,6 +143,7 @@ def set_up() -> None:
     with exclusive("venv"):
         once(venv, fingerprint(ros, ROS_LOCK, interfaces.DEFINITIONS), steps)
         firmware.provide()
+        detector.provide(venv)
 
 
 def set_up_light() -> None:

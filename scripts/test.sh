@@ -57,7 +57,13 @@ check 'ruff check' "$bin/ruff" check .
 check 'ruff format' "$bin/ruff" format --check .
 check 'mypy' "$bin/mypy"
 check 'import contracts' "$bin/lint-imports" --no-logo --cache-dir .cache/import-linter
-check 'shellcheck' "$bin/shellcheck" -x scripts/*.sh scripts/lib/*.sh deploy/firmware/*.sh .ci/run
+check 'shellcheck' "$bin/shellcheck" -x scripts/*.sh scripts/lib/*.sh deploy/firmware/*.sh drpai/*.sh .ci/run
+# Warnings as errors, unit tests, sanitizers, clang-tidy; the program itself is tested behind the camera process below.
+if command -v clang-tidy >/dev/null && [[ -d /usr/include/doctest ]]; then
+  check 'C++ detector' drpai/check.sh
+else
+  rows+=("$(printf '%-34s %s' 'C++ detector' 'no tools: drpai/install-tools.sh --tests')")
+fi
 # The image that is flashed, with its use of flash and RAM; the tests run it under simavr.
 if deploy/firmware/install-tools.sh --check; then
   check 'firmware for the ATmega2560' make --no-print-directory -C deploy/firmware avr
@@ -78,7 +84,24 @@ for minor in 10 11 12 13; do
   fi
 done
 
-check "all tests, Python 3.$own" "$bin/python" -m pytest
+# What sees and draws, with the oldest OpenCV there is support for beside the newest one of the environment. Its wheel
+# wants the NumPy of its time; both lie in a folder of their own that comes first on the path.
+# shellcheck disable=SC2329
+opencv4_tests() {
+  local folder=.cache/opencv4
+  if [[ ! -d $folder/cv2 ]]; then
+    "$bin/uv" pip install --quiet --no-deps --python "$bin/python" --target "$folder" \
+      'opencv-contrib-python-headless==4.6.0.66' 'numpy==1.26.4' || return 1
+  fi
+  PYTHONPATH=$folder "$bin/python" -m pytest -q -o cache_dir=.cache/pytest-opencv4 \
+    tests/unit/detectors tests/unit/sim/test_render_look.py tests/unit/sim/test_render_truth.py
+}
+if ((own <= 12)); then
+  check 'detectors and renderer, OpenCV 4.6' opencv4_tests
+fi
+
+# Whole stacks, which wait more than they work, go on one core and one after the other; all else goes beside them.
+check "all tests, Python 3.$own" "$bin/python" -m pytest -n 2 --dist loadgroup
 
 printf '\n'
 printf '  %s\n' "${rows[@]}"

@@ -98,6 +98,16 @@ class CameraConfig:
     width_px: int = quantity(640, "px", 64, 4096, "picture")
     height_px: int = quantity(480, "px", 64, 4096, "picture")
     focal_px: float = quantity(554.0, "px", 20.0, 10000.0, "focal length (60 degrees over 640 px)")
+    pixel_aspect: float = quantity(1.0, "1", 0.5, 2.0, "upright focal length over the sideways one")
+    center_right_px: float = quantity(
+        0.0, "px", -500.0, 500.0, "principal point right of the picture's middle"
+    )
+    center_down_px: float = quantity(0.0, "px", -500.0, 500.0, "principal point below the picture's middle")
+    lens_k1: float = quantity(0.0, "1", -5.0, 5.0, "radial distortion, Brown's model as in OpenCV")
+    lens_k2: float = quantity(0.0, "1", -20.0, 20.0, "radial distortion, fourth power")
+    lens_p1: float = quantity(0.0, "1", -0.5, 0.5, "tangential distortion")
+    lens_p2: float = quantity(0.0, "1", -0.5, 0.5, "tangential distortion")
+    lens_k3: float = quantity(0.0, "1", -50.0, 50.0, "radial distortion, sixth power")
     rate_hz: float = quantity(10.0, "Hz", 0.5, 120.0, "detections a second (reference: about 10)")
     latency_s: float = quantity(0.10, "s", 0.0, 2.0, "simulator: exposure to detection")
     noise_scale: float = quantity(1.0, "1", 0.0, 10.0, "simulator: factor on box jitter")
@@ -115,6 +125,23 @@ class CameraConfig:
     max_range_m: float = quantity(
         4.0, "m", 0.2, 50.0, "simulator: beyond it the target is too small to be found"
     )
+
+    @property
+    def focal_y_px(self) -> float:
+        return self.focal_px * self.pixel_aspect
+
+    @property
+    def center_u_px(self) -> float:
+        return 0.5 * self.width_px + self.center_right_px
+
+    @property
+    def center_v_px(self) -> float:
+        return 0.5 * self.height_px + self.center_down_px
+
+    @property
+    def lens(self) -> tuple[float, float, float, float, float]:
+        """Distortion in OpenCV's order: k1 k2 p1 p2 k3."""
+        return self.lens_k1, self.lens_k2, self.lens_p1, self.lens_p2, self.lens_k3
 
     @property
     def half_fov_rad(self) -> float:
@@ -240,6 +267,22 @@ class ArrivalConfig:
 
 @dataclass(frozen=True)
 class DetectorConfig:
+    program: str = choice(
+        "auto",
+        ("auto", "cpp", "python"),
+        "what runs the network: cpp, a program to be built; python, which has every other detector too; "
+        "auto: the first if it is built and its model is there",
+    )
+    backend: str = choice(
+        "cpu", ("cpu", "drpai"), "what runs the network: OpenCV, or the board's accelerator"
+    )
+    model: str = field(
+        default="",
+        metadata={"doc": "network (cpu: ONNX file, drpai: folder); empty: the one in deploy/model"},
+    )
+    propose_score: float = quantity(
+        0.3, "1", 0.0, 1.0, "the detector proposes boxes from here on; up to score_min they are only counted"
+    )
     score_min: float = quantity(0.5, "1", 0.0, 1.0, "first layer: score")
     aspect_tolerance: float = quantity(
         0.45, "1", 0.05, 2.0, "second layer: |ln(measured / expected width:height)|"

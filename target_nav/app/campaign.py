@@ -25,6 +25,8 @@ class RunOrder:
     mission: str
     with_trace: bool = False
     """Keep the true poses of a run that went well too; those of a failed one are kept for its picture."""
+    pixels: bool = False
+    """Look at rendered pictures instead of projected boxes."""
 
 
 @dataclass(frozen=True)
@@ -37,20 +39,29 @@ class TimedResult:
 
 
 def orders(
-    arenas: Sequence[str], seeds: int, first_seed: int, mission: Path, with_trace: bool = False
+    arenas: Sequence[str],
+    seeds: int,
+    first_seed: int,
+    mission: Path,
+    with_trace: bool = False,
+    pixels: bool = False,
 ) -> list[RunOrder]:
     """Each arena with each of `seeds` seeds."""
     return [
-        RunOrder(arena, first_seed + k, str(mission), with_trace) for arena in arenas for k in range(seeds)
+        RunOrder(arena, first_seed + k, str(mission), with_trace, pixels)
+        for arena in arenas
+        for k in range(seeds)
     ]
 
 
 def generated_orders(
-    count: int, seed: int, seeds: int, mission: Path, with_trace: bool = False
+    count: int, seed: int, seeds: int, mission: Path, with_trace: bool = False, pixels: bool = False
 ) -> list[RunOrder]:
     """The first `count` arenas of a generator's seed. Each run has a seed, and so a noise, of its own."""
     return [
-        RunOrder(str(GeneratedName(seed, number)), seed + number * seeds + k, str(mission), with_trace)
+        RunOrder(
+            str(GeneratedName(seed, number)), seed + number * seeds + k, str(mission), with_trace, pixels
+        )
         for number in range(count)
         for k in range(seeds)
     ]
@@ -59,7 +70,7 @@ def generated_orders(
 def execute(order: RunOrder) -> TimedResult:
     arena = load_arena(order.arena)
     begin_s = time.process_time()
-    result = run_virtual(arena, Path(order.mission), order.seed)
+    result = run_virtual(arena, Path(order.mission), order.seed, pixels=order.pixels)
     busy_s = time.process_time() - begin_s
     if result.as_expected and not order.with_trace:
         # a thousand traces are half a gigabyte
@@ -108,4 +119,5 @@ def replay_command(order: RunOrder) -> str:
     """What makes the same run again, to be looked at."""
     mission = Path(order.mission)
     name = mission.stem if mission.parent.name == "trees" else order.mission
-    return f"target-nav run --sim {order.arena} --virtual --seed {order.seed} --mission {name}"
+    flag = " --pixels" if order.pixels else ""
+    return f"target-nav run --sim {order.arena} --virtual{flag} --seed {order.seed} --mission {name}"

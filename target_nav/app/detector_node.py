@@ -1,4 +1,4 @@
-"""Process `detector`: pictures in, boxes out. Finds the pin in the pixels; the board's detector takes its place there.
+"""Process `detector`: pictures in, boxes out, by the detector that the mission names. The board has its own.
 
 sim_camera, or a camera      in: pictures
 calibration                  in: what the camera process wants: lowest score, class, lens
@@ -12,18 +12,23 @@ import argparse
 import logging
 import sys
 import time
+from collections.abc import Callable
 from typing import Protocol
 
+from target_nav.app.model_file import cpu_model, find_model, missing_model
 from target_nav.app.process import EXIT_FAILED, EXIT_OK, StopSignal, report_ready, run_process
 from target_nav.app.settings import add_config_arguments, config_from, parse_arguments
 from target_nav.config import Config
 from target_nav.detectors.detector import Detector
+from target_nav.detectors.named import detector_for
+from target_nav.detectors.onnx_detector import OnnxDetector
 from target_nav.detectors.pin_pixels import PinPixelDetector
 from target_nav.detectors.undistort import Undistorter
 from target_nav.detectors.video_source import VideoSource
-from target_nav.errors import DeviceError
+from target_nav.errors import ConfigError, DeviceError
 from target_nav.ipc import channels
 from target_nav.state.snapshots import Calibration, CameraFrame
+from target_nav.state.target_label import TargetDetector
 from target_nav.state.types import RawDetection, RawDetectionFrame
 from target_nav.utils.latency import LatencyWindow
 
@@ -62,7 +67,15 @@ class SimSource:
 class DetectorNode:
     """One picture through the detector in each `step`."""
 
-    def __init__(self, config: Config, source: FrameSource, detector: Detector) -> None:
+    def __init__(
+        self,
+        config: Config,
+        source: FrameSource,
+        detector: Detector,
+        choose: Callable[[str], Detector] | None = None,
+    ) -> None:
+        """`detector` until a mission says what it looks for; then what `choose` makes of the target's label."""
+        self._choose = choose
         prefix = config.ipc.prefix
         self._size = (config.camera.width_px, config.camera.height_px)
         self._source = source
@@ -106,12 +119,22 @@ class DetectorNode:
     def _follow(self, calibration: Calibration) -> None:
         wanted = calibration.class_name
         if self._calibration is None or self._calibration.class_name != wanted:
+            self._take_detector(wanted)
             known = self._detector.class_names
             if wanted in known:
                 log.info("looking for %s", wanted)
             else:
                 log.warning("the mission wants %r; this detector finds only %s", wanted, ", ".join(known))
         self._calibration = calibration
+
+    def _take_detector(self, label: str) -> None:
+        """The detector for the label; the old one stays where there is none, and its boxes have another class."""
+        if self._choose is None or label in self._detector.class_names:
+            return
+        try:
+            self._detector = self._choose(label)
+        except (ConfigError, DeviceError) as error:
+            log.error("%s", error)
 
     def _wanted(self, boxes: tuple[RawDetection, ...]) -> tuple[RawDetection, ...]:
         if self._calibration is None:
@@ -137,6 +160,12 @@ def main() -> None:
         "--source", default=SIM, metavar="SOURCE", help="sim, a camera (0, /dev/video0) or a video file"
     )
     parser.add_argument(
+        "--detector",
+        default=TargetDetector.network.value,
+        choices=(TargetDetector.network.value, TargetDetector.outline.value),
+        help="for a pin; other targets have theirs",
+    )
+    parser.add_argument(
         "--rate",
         type=float,
         metavar="HZ",
@@ -151,7 +180,12 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.rate is not None:
         config = config.override({"camera.rate_hz": arguments.rate}, source="--rate")
     source = _open_source(arguments.source, config)
-    node = DetectorNode(config, source, PinPixelDetector())
+    node = DetectorNode(
+        config,
+        source,
+        _default_detector(arguments.detector, config),
+        lambda label: detector_for(label, lambda: cpu_model(config)),
+    )
     try:
         with StopSignal() as stop:
             report_ready()
@@ -166,6 +200,15 @@ def _run(arguments: argparse.Namespace) -> int:
         return EXIT_FAILED
     log.info("%s", source.ended or "stopped")
     return EXIT_OK
+
+
+def _default_detector(name: str, config: Config) -> Detector:
+    """The network, or the outline where there is no file of it; a file that is not whole is not passed over."""
+    if name == TargetDetector.network.value:
+        if find_model(config, "cpu") is not None:
+            return OnnxDetector(cpu_model(config))
+        log.warning("%s; looking for the pin's outline instead", missing_model(config))
+    return PinPixelDetector()
 
 
 def _open_source(source: str, config: Config) -> FrameSource:

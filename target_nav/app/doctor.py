@@ -14,6 +14,8 @@ from enum import Enum
 from pathlib import Path
 
 from target_nav.app import gui_launch
+from target_nav.app.detector_program import detector_command
+from target_nav.app.model_file import find_model, missing_model
 from target_nav.app.paths import REFERENCE_MISSION, mission_path
 from target_nav.config import Config
 from target_nav.errors import TargetNavError
@@ -44,7 +46,7 @@ LATE_S = 0.005
 def examine(config: Config) -> Iterator[Finding]:
     """All checks, one after the other, so that they can be shown as they come."""
     checks: tuple[Callable[[Config], Iterator[Finding]], ...] = (
-        _python, _wheels, _ros, _shared_memory, _serial, _camera, _clocks, _cores, _panel, _mission,
+        _python, _wheels, _ros, _shared_memory, _serial, _camera, _detector, _clocks, _cores, _panel, _mission,
         _firmware,
     )  # fmt: skip
     for check in checks:
@@ -160,6 +162,21 @@ def _camera(config: Config) -> Iterator[Finding]:
         )
     else:
         yield Finding("camera", Verdict.OK, ", ".join(devices))
+
+
+def _detector(config: Config) -> Iterator[Finding]:
+    try:
+        chosen = detector_command(config, "sim", ())
+    except TargetNavError as error:
+        yield Finding("detector", Verdict.PROBLEM, str(error), "see detector.program and detector.model")
+        return
+    if not chosen.cpp and find_model(config, "cpu") is None:
+        advice = "a pin's outline is looked for: good for the simulator, not for a real floor"
+        yield Finding("detector", Verdict.NOTE, f"{chosen.description}; {missing_model(config)}", advice)
+    elif chosen.cpp or config.detector.program == "python":
+        yield Finding("detector", Verdict.OK, chosen.description)
+    else:
+        yield Finding("detector", Verdict.NOTE, chosen.description, "the same network, by a slower program")
 
 
 def _clocks(config: Config) -> Iterator[Finding]:

@@ -25,6 +25,8 @@ class RestartPolicy:
     """
 
     restart: bool = True
+    after_success: bool = True
+    """Also when it ended with exit code 0: a process that has no end of its own should not have ended."""
     first_delay_s: float = 0.25
     max_delay_s: float = 5.0
     max_failures: int = 5
@@ -58,3 +60,5 @@ class ProcessSpec:
     ready_timeout_s: float = 30.0
     restart: RestartPolicy = RestartPolicy()
     stop_timeout_s: float = 3.0
+    children: tuple[str, ...] = ()
+    """Processes it starts itself and whose logs, beside its own, belong to the run's."""

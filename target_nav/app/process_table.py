@@ -2,7 +2,8 @@
 
 Only the simulator makes the others wait, for it makes the serial port; they find each other in any order. One
 place, so that which loop runs where is not spread over launch files. Cores are the reference's: 0 GUI, 1 nav,
-2 camera, 3 detector; with fewer than four cores nothing is pinned, for then sharing is better than waiting.
+2 camera, 3 detector (which the camera process starts and watches); with fewer than four cores nothing is pinned, for
+then sharing is better than waiting.
 """
 
 from __future__ import annotations
@@ -173,20 +174,18 @@ def _gui(options: StackOptions) -> tuple[ProcessSpec, ...]:
 
 
 def _perception(options: StackOptions, source: str) -> tuple[ProcessSpec, ...]:
+    detector = ["--detector", source, "--logs", str(options.run_dir / "logs")]
+    core = options.core(DETECTOR_CORE)
+    if core is not None:
+        detector += ["--detector-core", str(core)]
     return (
         ProcessSpec(
-            "detector",
-            _module("detector_node", "--source", source, *options.common),
-            core=options.core(DETECTOR_CORE),
-            ready=ReadyWhen.REPORTED,
-            holds_next=False,
-        ),
-        ProcessSpec(
             "camera",
-            _module("camera_node", *options.common),
+            _module("camera_node", *options.common, *detector),
             core=options.core(CAMERA_CORE),
             ready=ReadyWhen.REPORTED,
             holds_next=False,
+            children=("detector",),
         ),
     )
 

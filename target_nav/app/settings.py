@@ -140,7 +140,8 @@ def _with_keys(text: str, values: Mapping[str, float], note: str) -> str:
     """`text` with these keys, each on the line where it was, or at the end."""
     lines = text.splitlines()
     for key, value in values.items():
-        line = f"{key}: {value!r}  # {note}"
+        # Not repr: YAML 1.1 takes 5e-06 for text, and 5.0e-06 for a number.
+        line = f"{key}: {yaml.safe_dump(value).splitlines()[0]}  # {note}"
         places = [i for i, old in enumerate(lines) if re.match(rf"{re.escape(key)}\s*:", old)]
         if places:
             lines[places[-1]] = line

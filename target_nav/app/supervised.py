@@ -14,7 +14,7 @@ from enum import Enum
 from pathlib import Path
 
 from target_nav.app import launcher
-from target_nav.app.process import EXIT_CANNOT_RUN, READY_FILE_VARIABLE
+from target_nav.app.process import EXIT_CANNOT_RUN, EXIT_OK, READY_FILE_VARIABLE
 from target_nav.app.process_spec import ProcessSpec, ReadyWhen
 
 TERMINATE_AFTER_S = 1.0
@@ -159,7 +159,7 @@ class Child:
         if code == EXIT_CANNOT_RUN:
             self.state = ProcessState.FAILED
             return "cannot be run as it was asked to (exit code 2)"
-        if not self.spec.restart.restart:
+        if not self.spec.restart.restart or (code == EXIT_OK and not self.spec.restart.after_success):
             self.state = ProcessState.EXITED
             return None
         return self._died(now_s, exit_text(code))

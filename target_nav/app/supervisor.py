@@ -61,7 +61,8 @@ class Supervisor:
         self._logs.mkdir(parents=True, exist_ok=True)
         environment = {**os.environ, **process_environment(run_dir), **(env or {})}
         self._children = [Child(spec, self._logs, environment) for spec in specs]
-        self._merger = LogMerger({name: self._logs / f"{name}.log" for name in names}, run_dir / "run.log")
+        logged = names + [child for spec in specs for child in spec.children]
+        self._merger = LogMerger({name: self._logs / f"{name}.log" for name in logged}, run_dir / "run.log")
         self._previous: dict[signal.Signals, Any] = {}
         self._hurry = False
         self._stopped = False

@@ -14,11 +14,13 @@ from typing import Any
 from behaviours.approach import stand_off_of
 from target_nav.app.nav_core import NavCore, Recorder
 from target_nav.config import Config
+from target_nav.detectors.detector import Detector
 from target_nav.detectors.pipeline import DetectionPipeline
 from target_nav.hardware import protocol
 from target_nav.mission import load_mission
 from target_nav.nav.odometry import OdometryIntegrator, OdometryScale
 from target_nav.sim.arena import Arena
+from target_nav.sim.pixels import ImageBgr
 from target_nav.sim.simulation import Simulation
 from target_nav.state.snapshots import NavSnapshot
 from target_nav.state.types import (
@@ -29,6 +31,7 @@ from target_nav.state.types import (
     NavState,
     Odometry,
     OutcomeKind,
+    RawDetection,
     Scan,
     TargetSpec,
     TickRecord,
@@ -44,8 +47,9 @@ SETTLE_S = 1.0
 class SimIo:
     """Nav core's inputs and outputs, from and to a simulation. Sends GO with the first tick."""
 
-    def __init__(self, simulation: Simulation, config: Config) -> None:
+    def __init__(self, simulation: Simulation, config: Config, eye: _Eye | None = None) -> None:
         self._simulation = simulation
+        self._eye = eye
         self._lines = protocol.LineAssembler()
         calibration = config.odometry
         self._odometry = OdometryIntegrator(
@@ -82,6 +86,8 @@ class SimIo:
 
     def publish(self, snapshot: NavSnapshot, inputs: Inputs) -> None:
         self._spec = snapshot.spec
+        if self._eye is not None:
+            self._eye.look_for(self._spec.class_name)
         self._simulation.serial_write(protocol.encode_velocity(snapshot.twist_sent))
 
     def reset_odometry(self) -> None:
@@ -125,20 +131,48 @@ def run_virtual(
     mission_path: Path,
     seed: int,
     recorder: Recorder | None = None,
+    pixels: bool = False,
 ) -> RunResult:
     """Tick the mission from GO to its outcome, or to the arena's time limit.
 
+    With `pixels` every camera frame is rendered and looked at by the detector that the mission names; otherwise boxes
+    are projected, with a detector's measured errors.
+
     Raises:
+        DeviceError: `pixels`, and the network cannot be loaded.
+        ConfigError: `pixels`, and the mission names a detector that cannot find its target.
         MissionError: the mission cannot be loaded.
     """
     config = arena.config
     mission = load_mission(mission_path)
-    simulation = Simulation(arena, seed)
-    core = NavCore(config, mission.root, source := SimIo(simulation, config), source, recorder)
+    eye = _Eye(config) if pixels else None
+    simulation = Simulation(arena, seed, detect=eye.detect if eye is not None else None)
+    source = SimIo(simulation, config, eye)
+    core = NavCore(config, mission.root, source, source, recorder)
     try:
         return _drive(core, simulation, arena, mission_path, seed)
     finally:
         core.close()
+
+
+class _Eye:
+    """Looks at rendered pictures with the detector that the mission names, as the detector process does."""
+
+    def __init__(self, config: Config) -> None:
+        self._config = config
+        self._label = ""
+        self._detector: Detector | None = None
+
+    def look_for(self, label: str) -> None:
+        if label != self._label:
+            # Only a run with pictures loads OpenCV.
+            from target_nav.app.model_file import cpu_model
+            from target_nav.detectors.named import detector_for
+
+            self._label, self._detector = label, detector_for(label, lambda: cpu_model(self._config))
+
+    def detect(self, image_bgr: ImageBgr) -> tuple[RawDetection, ...]:
+        return self._detector.detect(image_bgr) if self._detector is not None else ()
 
 
 def _drive(core: NavCore, simulation: Simulation, arena: Arena, mission_path: Path, seed: int) -> RunResult:

@@ -30,3 +30,13 @@ class Detector(Protocol):
             ValueError: the picture has another shape or type.
         """
         ...
+
+
+def check_picture(image_bgr: ImageBgr) -> None:
+    """Raises:
+    ValueError: the picture is not uint8 of shape (height, width, 3).
+    """
+    if image_bgr.ndim != 3 or image_bgr.shape[2] != 3 or image_bgr.dtype != np.uint8:
+        raise ValueError(
+            f"picture is {image_bgr.dtype} of shape {image_bgr.shape}; a detector takes uint8 (height, width, 3)"
+        )

@@ -8,9 +8,8 @@ profile.
 from __future__ import annotations
 
 import cv2
-import numpy as np
 
-from target_nav.detectors.detector import ImageBgr
+from target_nav.detectors.detector import ImageBgr, check_picture
 from target_nav.detectors.pin_fit import PinFit, fit_pin
 from target_nav.detectors.red_stripes import find_stripes
 from target_nav.state.types import RawDetection
@@ -26,12 +25,14 @@ MIN_SIDE_PX = 2.0
 class PinPixelDetector:
     """A `Detector` for one class, `bowling_pin`."""
 
-    def __init__(self) -> None:
+    def __init__(self, label: str = bowling_pin.CLASS_NAME) -> None:
+        """`label` is the class name its boxes carry."""
         cv2.setNumThreads(1)
+        self._label = label
 
     @property
     def class_names(self) -> tuple[str, ...]:
-        return (bowling_pin.CLASS_NAME,)
+        return (self._label,)
 
     def detect(self, image_bgr: ImageBgr) -> tuple[RawDetection, ...]:
         """Pins in a picture, best score first; scores under `LOWEST_SCORE` are left out.
@@ -39,10 +40,7 @@ class PinPixelDetector:
         Raises:
             ValueError: the picture is not uint8 of shape (height, width, 3).
         """
-        if image_bgr.ndim != 3 or image_bgr.shape[2] != 3 or image_bgr.dtype != np.uint8:
-            raise ValueError(
-                f"picture is {image_bgr.dtype} of shape {image_bgr.shape}; a detector takes uint8 (height, width, 3)"
-            )
+        check_picture(image_bgr)
         fits = [fit_pin(image_bgr, find) for find in find_stripes(image_bgr)[:FITS_MAX]]
         good = sorted((fit for fit in fits if fit is not None and fit.score >= LOWEST_SCORE), key=_by_score)
         kept: list[tuple[PinFit, Box]] = []
@@ -51,7 +49,7 @@ class PinPixelDetector:
             if box is not None and all(_overlap(box, other) <= OVERLAP_MAX for _, other in kept):
                 kept.append((fit, box))
         return tuple(
-            RawDetection(bowling_pin.CLASS_NAME, fit.score, box.u_px, box.v_px, box.width_px, box.height_px)
+            RawDetection(self._label, fit.score, box.u_px, box.v_px, box.width_px, box.height_px)
             for fit, box in kept
         )
 

@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass
 from target_nav.config import Config
 from target_nav.detectors.tracking import BoxTracker, TrackedBox
 from target_nav.errors import StaleInput
+from target_nav.state.target_label import is_scaled_by_width
 from target_nav.state.types import Detection, DetectionFrame, RawDetection, RawDetectionFrame, TargetSpec
 from target_nav.utils.distance import (
     Box,
@@ -127,7 +128,8 @@ class DetectionPipeline:
     def _has_shape(self, box: Box, clipping: Clipping, spec: TargetSpec) -> bool:
         """Width to height as the target's, off the axis a little wider. A border can only take away: a box that lost
         height may look too wide, one that lost width too slim, and neither speaks against it."""
-        expected = spec.width_m / spec.height_m / math.cos(bearing_from_u(self._camera, box.u_px))
+        square = spec.width_m / spec.height_m / self._camera.pixel_aspect
+        expected = square / math.cos(bearing_from_u(self._camera, box.u_px))
         deviation = math.log(box.width_px / box.height_px / expected)
         tolerance = self._detector.aspect_tolerance
         too_wide = deviation > tolerance and not clipping.upright
@@ -150,8 +152,12 @@ class DetectionPipeline:
         else:
             bearing_rad = bearing_from_u(self._camera, box.u_px)
             bearing_sigma_rad = self._bearing_sigma_rad
-            range_m = range_from_height(self._camera, spec.height_m, box.height_px, bearing_rad)
-            range_sigma_m = range_sigma(self._detector, range_m, box.height_px)
+            if is_scaled_by_width(spec.class_name):
+                range_m = range_from_width(self._camera, spec.width_m, box.width_px, bearing_rad)
+                range_sigma_m = range_sigma(self._detector, range_m, box.width_px)
+            else:
+                range_m = range_from_height(self._camera, spec.height_m, box.height_px, bearing_rad)
+                range_sigma_m = range_sigma(self._detector, range_m, box.height_px)
         return Detection(
             raw.class_name,
             raw.score,

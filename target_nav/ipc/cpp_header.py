@@ -120,6 +120,7 @@ def _channel(channel: channels.Channel[object]) -> str:
             f"struct {name}Channel {{",
             f"  using Payload = {geometry.layout.name};",
             f'  static constexpr const char* NAME = "{channel.name}";',
+            f'  static constexpr const char* LAYOUT_NAME = "{geometry.layout.name}";',
             f"  static constexpr std::uint32_t LAYOUT_HASH = 0x{geometry.layout_hash:08x}u;",
             f"  static constexpr std::uint32_t SLOT_COUNT = {geometry.slot_count};",
             f"  static constexpr std::uint32_t SLOT_BYTES = {geometry.slot_bytes};",

@@ -137,8 +137,8 @@ class Coverage:
     def _doubt_behind(self, pose_in_odom: Pose2D, reach_m: float, free_m: FloatArray) -> None:
         """What lies just behind a wall in sight is not known to be floor, even if it once was.
 
-        Drift moves walls; floor before a wall's old place would be floor inside of it, and worth a way. Of a room behind
-        a thin wall this takes a strip, until it is seen again from there.
+        Drift moves walls; floor before a wall's old place would be floor inside of it, and worth a way.
+        Of a room behind a thin wall this takes a strip, until it is seen again from there.
         """
         here = np.array([[pose_in_odom.x_m, pose_in_odom.y_m]])
         rows, columns, _ = self._rays(here, self._all_round, _GAIN_STEP_M, reach_m + _BEHIND_M[1])

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -67,7 +68,7 @@ class Canvas:
             camera.z_m,
         )
 
-    def row_of(self, height_m: float, depth_m: FloatArray) -> FloatArray:
+    def row_of(self, height_m: float | FloatArray, depth_m: FloatArray) -> FloatArray:
         """The picture's row (continuous) of a height over the floor at given depths."""
         camera = self._camera
         return 0.5 * camera.height_px - camera.focal_px * (height_m - camera.z_m) / depth_m
@@ -76,9 +77,49 @@ class Canvas:
         self, first: int, depth_m: FloatArray, bottom_m: float, top_m: float, colours_bgr: FloatArray
     ) -> None:
         """Upright surfaces that begin at column `first`: depth (n,), inf where there is none, colours (n, 3)."""
+        span = self._span(first, depth_m, bottom_m, top_m)
+        if span is None:
+            return
+        start, stop, row0, columns, mask = span
+        colours = np.clip(colours_bgr[start:stop], 0.0, 255.0).astype(np.uint8)
+        np.copyto(self.image_bgr[row0 : row0 + len(mask), columns], colours, where=mask[:, :, None])
+
+    def paint_texture(
+        self,
+        depth_m: FloatArray,
+        top_m: float,
+        along_px: FloatArray,
+        texture_bgr: ImageBgr,
+        pixels_per_m: float,
+    ) -> None:
+        """Upright surfaces from the floor to `top_m`, in all columns: depth (n,), inf where there is none.
+
+        `texture_bgr` is as high as they are; column i shows its column `along_px[i]`.
+        """
+        span = self._span(0, depth_m, 0.0, top_m)
+        if span is None:
+            return
+        start, stop, row0, columns, mask = span
+        camera = self._camera
+        depth = np.where(np.isfinite(depth_m[start:stop]), depth_m[start:stop], 0.0)
+        # height = z + (v0 - row) * depth / focal, and the texture counts down from its top
+        per_row = (depth * (pixels_per_m / camera.focal_px)).astype(np.float32)
+        at_horizon = np.float32((top_m - camera.z_m) * pixels_per_m - 0.5)
+        rows = self._rows[row0 : row0 + len(mask)] - np.float32(0.5 * camera.height_px)
+        map_y = np.clip(at_horizon + rows * per_row, 0.0, len(texture_bgr) - 1.0)
+        map_x = np.broadcast_to((along_px[start:stop] - 0.5).astype(np.float32), map_y.shape)
+        seen = cv2.remap(
+            texture_bgr, np.ascontiguousarray(map_x), map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        )
+        np.copyto(self.image_bgr[row0 : row0 + len(mask), columns], seen, where=mask[:, :, None])
+
+    def _span(
+        self, first: int, depth_m: FloatArray, bottom_m: float, top_m: float
+    ) -> tuple[int, int, int, slice, NDArray[np.bool_]] | None:
+        """Stores the depth. First and last hit, first row, columns of the picture, which pixels are to be painted."""
         hit = np.flatnonzero(np.isfinite(depth_m))
         if hit.size == 0:
-            return
+            return None
         start, stop = int(hit[0]), int(hit[-1]) + 1
         depth = depth_m[start:stop]
         with np.errstate(invalid="ignore"):
@@ -88,12 +129,11 @@ class Canvas:
         row0 = max(int(np.min(top[seen])), 0)
         row1 = min(int(np.max(bottom[seen])) + 1, self._camera.height_px)
         if row1 <= row0:
-            return
+            return None
         columns = slice(first + start, first + stop)
         rows = self._rows[row0:row1]
         depth32 = depth.astype(np.float32)
         nearest = self.depth_m[row0:row1, columns]
         mask = (rows >= top.astype(np.float32)) & (rows < bottom.astype(np.float32)) & (depth32 < nearest)
         np.copyto(nearest, depth32, where=mask)
-        colours = np.clip(colours_bgr[start:stop], 0.0, 255.0).astype(np.uint8)
-        np.copyto(self.image_bgr[row0:row1, columns], colours, where=mask[:, :, None])
+        return start, stop, row0, columns, mask

@@ -8,13 +8,15 @@ import cv2
 import numpy as np
 
 from target_nav.sim.render_canvas import ImageBgr, View
+from target_nav.sim.render_look import Look
 from target_nav.state.types import FloatArray
 
 TILE_M = 0.5
 JOINT_M = 0.012
 PIXELS_PER_M = 120.0
 MAX_TEXTURE_PX = 2400
-COLOUR_BGR = (104.0, 118.0, 126.0)
+BOARD_M = 0.12
+BOARD_SIGMA = 9.0
 JOINT_DARKER = 26.0
 MOTTLE_SIGMA = 7.0
 BLEND_FROM_M = 1.2
@@ -26,10 +28,12 @@ TEXTURE_SEED = 7
 class Floor:
     """Covers the rectangle `bounds` (x0, y0, x1, y1); beyond it its border is repeated."""
 
-    def __init__(self, bounds: tuple[float, float, float, float]) -> None:
+    def __init__(self, bounds: tuple[float, float, float, float], look: Look | None = None) -> None:
         x0, y0, x1, y1 = bounds
         scale = min(PIXELS_PER_M, MAX_TEXTURE_PX / max(x1 - x0, y1 - y0))
-        self._texture = _tiles(x1 - x0, y1 - y0, scale)
+        look = look or Look()
+        self._mean_bgr = np.array(look.floor_bgr, np.float32)
+        self._texture = _texture(x1 - x0, y1 - y0, scale, look)
         self._world_to_texture = np.array(
             [[scale, 0.0, -x0 * scale], [0.0, scale, -y0 * scale], [0.0, 0.0, 1.0]]
         )
@@ -53,9 +57,8 @@ class Floor:
         )
         fade = np.clip((depth_m - BLEND_FROM_M) / (BLEND_TO_M - BLEND_FROM_M), 0.0, 1.0).astype(np.float32)
         far = int(np.count_nonzero(fade))
-        mean = np.array(COLOUR_BGR, np.float32)
         weight = fade[:far, None, None]
-        floor[:far] = (floor[:far] * (1.0 - weight) + mean * weight).astype(np.uint8)
+        floor[:far] = (floor[:far] * (1.0 - weight) + self._mean_bgr * weight).astype(np.uint8)
         image_bgr[first:] = floor
 
 
@@ -77,14 +80,19 @@ def _picture_to_world(view: View, first_row: int) -> FloatArray:
     return np.array([[c, -s, pose.x_m], [s, c, pose.y_m], [0.0, 0.0, 1.0]]) @ to_camera
 
 
-def _tiles(width_m: float, height_m: float, scale: float) -> ImageBgr:
-    rng = np.random.default_rng(TEXTURE_SEED)
+def _texture(width_m: float, height_m: float, scale: float, look: Look) -> ImageBgr:
+    rng = np.random.default_rng(TEXTURE_SEED + look.seed)
     rows, columns = max(int(height_m * scale), 2), max(int(width_m * scale), 2)
     coarse = rng.normal(0.0, 1.0, (max(rows // 12, 2), max(columns // 12, 2))).astype(np.float32)
     fine = rng.normal(0.0, 0.4, (rows, columns)).astype(np.float32)
     light = MOTTLE_SIGMA * (cv2.resize(coarse, (columns, rows), interpolation=cv2.INTER_CUBIC) + fine)
     x_m, y_m = np.arange(columns) / scale, np.arange(rows) / scale
-    joint = (np.mod(x_m, TILE_M) < JOINT_M)[None, :] | (np.mod(y_m, TILE_M) < JOINT_M)[:, None]
-    light -= JOINT_DARKER * joint
-    texture = np.array(COLOUR_BGR, np.float32) + light[:, :, None]
+    if look.floor == "tiles":
+        joint = (np.mod(x_m, TILE_M) < JOINT_M)[None, :] | (np.mod(y_m, TILE_M) < JOINT_M)[:, None]
+        light -= JOINT_DARKER * joint
+    elif look.floor == "boards":
+        board = (y_m / BOARD_M).astype(int)
+        light += rng.normal(0.0, BOARD_SIGMA, board.max() + 1).astype(np.float32)[board][:, None]
+        light -= 0.6 * JOINT_DARKER * (np.mod(y_m, BOARD_M) < 0.5 * JOINT_M)[:, None]
+    texture = np.array(look.floor_bgr, np.float32) + light[:, :, None]
     return np.clip(texture, 0.0, 255.0).astype(np.uint8)

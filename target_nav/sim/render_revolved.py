@@ -80,7 +80,16 @@ def body_of(
     if band_bgr is not None:
         for center, thickness in bowling_pin.STRIPES if class_name == bowling_pin.CLASS_NAME else BANDS:
             colours[np.abs(share - center) <= 0.5 * thickness] = band_bgr
+    return revolved_from(heights, widths, colours, height_m, radius_m)
+
+
+def revolved_from(
+    heights: FloatArray, widths: FloatArray, colours_bgr: FloatArray, height_m: float, radius_m: float
+) -> Revolved:
+    """A body of any profile: widths (of the largest) at heights (of its own), colours (n, 3) from floor to top."""
+    share = np.linspace(0.0, 1.0, TABLE_STEPS)
     radii_m = radius_m * np.interp(share, heights, widths)
+    at = np.linspace(0, len(colours_bgr) - 1, TABLE_STEPS).round().astype(int)
     # The profile is given by few points: without smoothing, shading would show its corners.
     kernel = np.hanning(NORMAL_SMOOTHING_STEPS)
     slope = np.convolve(
@@ -89,7 +98,7 @@ def body_of(
         mode="valid",
     )
     flat = 1.0 / np.sqrt(1.0 + slope**2)
-    tables = (radii_m, colours, flat, -slope * flat)
+    tables = (radii_m, colours_bgr[at], flat, -slope * flat)
     return Revolved(height_m, *(table.astype(np.float32) for table in tables))
 
 

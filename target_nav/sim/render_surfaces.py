@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from target_nav.sim.render_canvas import NEAR_M, Canvas, View
+from target_nav.sim.render_skin import Skin
 from target_nav.state.types import FloatArray
 
 LIGHT_AZIMUTH_RAD = math.radians(130.0)
@@ -16,9 +17,6 @@ AMBIENT = 0.72
 DIFFUSE = 0.28
 SKIRTING_M = 0.07
 SKIRTING_SHADE = 0.55
-PATTERN_M = 0.35
-PATTERN_DEPTH = 0.05
-"""Faint upright stripes, as plaster and panels have them: a wall of one colour would be too easy."""
 
 
 @dataclass(frozen=True)
@@ -54,14 +52,23 @@ class FacetSet:
     Facets of one height that hide each other differ in depth alone, so the nearest covers the others entirely.
     """
 
-    def __init__(self, facets: list[Facet]) -> None:
+    def __init__(self, facets: list[Facet], things_per_m: float = 0.0, seed: int = 0) -> None:
+        """`things_per_m` pictures, doors and prints on each metre, drawn from `seed`."""
         self._height_m = facets[0].height_m
         self._ends_m = np.array([[(f.x1_m, f.y1_m), (f.x2_m, f.y2_m)] for f in facets])
-        self._colours = np.array([f.colour_bgr for f in facets])
-        self._skirting = np.array([f.skirting for f in facets])
         along = self._ends_m[:, 1] - self._ends_m[:, 0]
         self._lengths_m = np.hypot(along[:, 0], along[:, 1])
-        self._normals_rad = np.arctan2(along[:, 0], -along[:, 1])
+        normals_rad = np.arctan2(along[:, 0], -along[:, 1])
+        self._skin = Skin(
+            [float(length) for length in self._lengths_m],
+            self._height_m,
+            [facet.colour_bgr for facet in facets],
+            np.stack([brightness(normals_rad), brightness(normals_rad + np.pi)], axis=1),
+            [SKIRTING_M if facet.skirting else 0.0 for facet in facets],
+            things_per_m,
+            seed,
+            SKIRTING_SHADE,
+        )
 
     def paint(self, view: View, canvas: Canvas) -> None:
         ends = view.to_camera(self._ends_m.reshape(-1, 2)).reshape(-1, 2, 2)
@@ -73,13 +80,12 @@ class FacetSet:
         # A facet is seen from either side: its normal is turned towards the camera.
         normal_x, normal_y = -along[:, 1], along[:, 0]
         away = normal_x * start[:, 0] + normal_y * start[:, 1] > 0.0
-        shade = brightness(self._normals_rad + np.pi * away)[nearest]
-        position_m = share[nearest, columns] * self._lengths_m[nearest]
-        pattern = 1.0 - PATTERN_DEPTH * (np.mod(position_m, 2.0 * PATTERN_M) < PATTERN_M)
-        colours = self._colours[nearest] * (shade * pattern)[:, None]
-        canvas.paint_columns(0, depth_m, 0.0, self._height_m, colours)
-        with_skirting = np.where(self._skirting[nearest], depth_m - 1e-3, np.inf)
-        canvas.paint_columns(0, with_skirting, 0.0, SKIRTING_M, colours * SKIRTING_SHADE)
+        position_m = np.where(np.isfinite(depth_m), share[nearest, columns], 0.0) * self._lengths_m[nearest]
+        begin_px = self._skin.starts_px[nearest, away[nearest].astype(int)]
+        scale = self._skin.pixels_per_m
+        canvas.paint_texture(
+            depth_m, self._height_m, begin_px + position_m * scale, self._skin.image_bgr, scale
+        )
 
 
 def _meet(start: FloatArray, along: FloatArray, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from target_nav.config import Config
+from target_nav.errors import ConfigError
 from target_nav.sim.arena_types import Arena
 from target_nav.sim.boxes import BoxCamera
 from target_nav.sim.contact import ContactMonitor
@@ -21,6 +22,7 @@ from target_nav.sim.host_firmware import HostFirmware
 from target_nav.sim.judge import Verdict, judge, target_gap_m
 from target_nav.sim.lidar import Lidar
 from target_nav.sim.moving import MovingTarget
+from target_nav.sim.pixels import Detect, Draw, PixelCamera
 from target_nav.sim.streams import stream
 from target_nav.sim.world import World
 from target_nav.state.types import Pose2D, RawDetectionFrame, Scan, TargetSpec, Twist2D
@@ -46,6 +48,7 @@ class Simulation:
 
     Args:
         firmware: makes the drivetrain's firmware for a robot and a start time.
+        detect: finds the boxes in rendered pictures; without it they are projected.
 
     Raises:
         ValueError: the seed is negative.
@@ -58,6 +61,7 @@ class Simulation:
         seed: int,
         start_s: float = 0.0,
         firmware: Callable[[Config, float], Firmware] = HostFirmware,
+        detect: Detect | None = None,
     ) -> None:
         config, start = arena.config, arena.robot
         self.arena = arena
@@ -74,14 +78,24 @@ class Simulation:
         beams = world.ray_caster(config.lidar.z_m, config.lidar.true_profile)
         self._lidar = Lidar(config.lidar, beams, stream(seed, "lidar"), start_s)
         target_class = arena.target.class_name if arena.target is not None else TargetSpec().class_name
-        self._camera = BoxCamera(
-            config.camera,
-            arena.objects,
-            target_class,
-            world.ray_caster(config.camera.z_m),
-            stream(seed, "camera"),
-            start_s,
-        )
+        self._camera: BoxCamera | PixelCamera
+        if detect is not None:
+            if self._target.moves:
+                raise ConfigError(
+                    f"{arena.name}: its target moves, which is not drawn for the camera; leave out pixels"
+                )
+            self._camera = PixelCamera(
+                config.camera, _drawing(arena, seed), detect, stream(seed, "camera"), start_s
+            )
+        else:
+            self._camera = BoxCamera(
+                config.camera,
+                arena.objects,
+                target_class,
+                world.ray_caster(config.camera.z_m),
+                stream(seed, "camera"),
+                start_s,
+            )
         self._scans: deque[Scan] = deque(maxlen=KEPT_MESSAGES)
         self._serial: deque[tuple[float, bytes]] = deque(maxlen=20 * KEPT_MESSAGES)
         self._driven_s = start_s
@@ -126,7 +140,7 @@ class Simulation:
 
     def _move_target(self) -> None:
         way_m = self._target.step(STEP_S)
-        if self._target.place is not None:
+        if self._target.place is not None and isinstance(self._camera, BoxCamera):
             self._camera.move_target(self._target.place)
         self._contact.disturb(self.drive.x_m, self.drive.y_m, self.drive.yaw_rad, way_m)
 
@@ -211,3 +225,16 @@ class Simulation:
             min_clearance_m=self.min_clearance_m,
             path_m=self.drive.path_m,
         )
+
+
+def _drawing(arena: Arena, seed: int) -> Callable[[float], Draw]:
+    """Every seed paints the room anew."""
+
+    def draw_with(mount_error_rad: float) -> Draw:
+        # Only who wants pictures loads OpenCV.
+        from target_nav.sim.render import Renderer
+        from target_nav.sim.render_look import Look
+
+        return Renderer(arena, arena.config, mount_error_rad, Look.of(seed)).draw
+
+    return draw_with

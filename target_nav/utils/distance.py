@@ -2,7 +2,8 @@
 
 The camera is level and looks along its own x axis, so a thing that stands upright is `focal * height / depth` pixels
 tall wherever it stands in the picture (Hartley and Zisserman, *Multiple View Geometry*, 6.1). Picture coordinates are
-continuous: column i covers i to i + 1, the principal point is the picture's middle, a box's edges lie between pixels.
+continuous: column i covers i to i + 1, and a box's edges lie between pixels. Pictures are straightened before, so the
+lens does not appear here.
 Ranges are measured on the ground from the camera to the thing's axis; bearings are left positive, in the camera's
 frame.
 """
@@ -66,17 +67,17 @@ class Clipping:
 
 def bearing_from_u(camera: CameraConfig, u_px: float) -> float:
     """Direction of a picture column, rad, left positive."""
-    return math.atan2(0.5 * camera.width_px - u_px, camera.focal_px)
+    return math.atan2(camera.center_u_px - u_px, camera.focal_px)
 
 
 def u_from_bearing(camera: CameraConfig, bearing_rad: float) -> float:
     """The picture column of a direction in front of the camera (|bearing| < 90 degrees)."""
-    return 0.5 * camera.width_px - camera.focal_px * math.tan(bearing_rad)
+    return camera.center_u_px - camera.focal_px * math.tan(bearing_rad)
 
 
 def range_from_height(camera: CameraConfig, height_m: float, height_px: float, bearing_rad: float) -> float:
     """Ground range in metres of an upright thing: depth = focal * height / pixels, and the range is its slant."""
-    return camera.focal_px * height_m / (height_px * math.cos(bearing_rad))
+    return camera.focal_y_px * height_m / (height_px * math.cos(bearing_rad))
 
 
 def range_from_width(camera: CameraConfig, width_m: float, width_px: float, bearing_rad: float) -> float:
@@ -106,9 +107,9 @@ def project(
     depth_m = range_m * cos
     if depth_m < MIN_DEPTH_M:
         return None
-    scale = camera.focal_px / depth_m
-    height_px = scale * height_m
-    bottom_px = 0.5 * camera.height_px + scale * camera.z_m
+    scale, scale_y = camera.focal_px / depth_m, camera.focal_y_px / depth_m
+    height_px = scale_y * height_m
+    bottom_px = camera.center_v_px + scale_y * camera.z_m
     return Box(
         u_from_bearing(camera, bearing_rad), bottom_px - 0.5 * height_px, scale * width_m / cos, height_px
     )

@@ -159,7 +159,7 @@ def test_the_mission_s_target_reaches_the_detector(chain: Chain) -> None:
     calibration = channels.open_reader(channels.CALIBRATION, prefix=chain.prefix)
     first = calibration.latest()
     assert first is not None
-    assert (first.class_name, first.score_min) == ("bowling_pin", CONFIG.detector.score_min)
+    assert (first.class_name, first.score_min) == ("bowling_pin", CONFIG.detector.propose_score)
     assert (first.focal_x_px, first.center_u_px) == (CONFIG.camera.focal_px, 320.0)
 
     nav = channels.open_writer(channels.NAV, prefix=chain.prefix)

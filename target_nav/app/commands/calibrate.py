@@ -8,6 +8,7 @@ import click
 
 PROCEDURES = {
     "odometry": "target_nav.app.commands.calibrate_odometry",
+    "camera": "target_nav.app.commands.calibrate_camera",
 }
 
 

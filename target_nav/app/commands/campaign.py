@@ -58,6 +58,11 @@ TOLD = 20
     "--jobs", default=os.cpu_count() or 1, show_default=True, type=click.IntRange(1), help="Processes."
 )
 @click.option("--json", "out", type=click.File("w"), help="One JSON line a run.")
+@click.option(
+    "--pixels",
+    is_flag=True,
+    help="Render every camera frame and let the trained network look for the target.",
+)
 @click.option("--traces", is_flag=True, help="With the true poses at 20 Hz in each line.")
 @click.option(
     "--pictures",
@@ -84,6 +89,7 @@ def command(
     mission: str,
     jobs: int,
     out: TextIO | None,
+    pixels: bool,
     traces: bool,
     pictures: Path,
     write_to: Path | None,
@@ -101,12 +107,12 @@ def command(
     # what cannot be loaded is told before the first run
     load_mission(path)
     if generate is not None:
-        todo = generated_orders(generate, seed, seeds, path, traces)
+        todo = generated_orders(generate, seed, seeds, path, traces, pixels)
     else:
         named = _expand(given)
         for arena in named:
             load_arena(arena)
-        todo = orders(named, seeds, seed, path, traces)
+        todo = orders(named, seeds, seed, path, traces, pixels)
     lines = LinesInOrder(todo, out, traces) if out is not None else None
     results = in_order(_run_with_bar(todo, jobs, lines), todo)
     rows = [timed.result.as_json() for timed in results]

@@ -22,6 +22,7 @@ from target_nav.mission import load_mission
     "--sim", "arena_name", metavar="ARENA", help="Arena file or name: simulate. Without it: the robot."
 )
 @click.option("--virtual", is_flag=True, help="Virtual time, in one process, without ROS.")
+@click.option("--pixels", is_flag=True, help="With --virtual: rendered pictures and the trained network.")
 @click.option("--seed", default=1, show_default=True, type=click.IntRange(0), help="Of all that is random.")
 @click.option(
     "--json", "json_path", type=click.Path(dir_okay=False, path_type=Path), help="Write the result there too."
@@ -56,6 +57,7 @@ def command(
     mission: str,
     arena_name: str | None,
     virtual: bool,
+    pixels: bool,
     seed: int,
     json_path: Path | None,
     headless: bool,
@@ -69,12 +71,14 @@ def command(
     """Run a mission. Exit 0: it succeeded; 1: it failed; 2: it could not be run."""
     if virtual and arena_name is None:
         raise click.UsageError("--virtual needs --sim ARENA")
+    if pixels and not virtual:
+        raise click.UsageError("--pixels goes with --virtual; the full stack always looks at pictures")
     path = mission_path(mission)
     # a mission or an arena that cannot be used is told before anything is started
     load_mission(path)
     if virtual:
         assert arena_name is not None
-        data = _run_virtual(arena_name, path, seed, out)
+        data = _run_virtual(arena_name, path, seed, out, pixels)
     else:
         require_extra("mcap", "sim")
         require_extra("matplotlib", "sim")
@@ -88,7 +92,7 @@ def command(
     ctx.exit(0 if data["outcome"] == "succeeded" else 1)
 
 
-def _run_virtual(arena_name: str, mission: Path, seed: int, out: Path) -> dict[str, object]:
+def _run_virtual(arena_name: str, mission: Path, seed: int, out: Path, pixels: bool) -> dict[str, object]:
     from target_nav.sim.arena import load_arena
 
     arena = load_arena(arena_name)
@@ -100,7 +104,7 @@ def _run_virtual(arena_name: str, mission: Path, seed: int, out: Path) -> dict[s
 
     folder = make_run_folder(out)
     with RunRecorder(folder.recording, header_of(arena.config, load_mission(mission))) as recorder:
-        result = run_virtual(arena, mission, seed, recorder)
+        result = run_virtual(arena, mission, seed, recorder, pixels)
     data = result.as_json()
     finish_run(folder, arena, data, result.trace, result.state_changes)
     return data

@@ -34,7 +34,7 @@ def option(spec: ProcessSpec, name: str) -> str:
 
 def test_the_simulator_comes_first_and_nav_last(options: StackOptions) -> None:
     names = [spec.name for spec in simulation_stack(options, "open_floor", 7)]
-    assert names == ["sim", "detector", "camera", "arduino", "odometry", "nav"]
+    assert names == ["sim", "camera", "arduino", "odometry", "nav"]
 
 
 def test_every_process_is_a_module_of_this_project(options: StackOptions) -> None:
@@ -73,13 +73,23 @@ def test_the_simulated_world_never_begins_anew_in_mid_run(options: StackOptions)
 def test_cores_and_niceness_are_the_references(options: StackOptions) -> None:
     stack = by_name(simulation_stack(options, "open_floor", 7))
     cores = {name: spec.core for name, spec in stack.items()}
-    assert cores == {"sim": None, "detector": 3, "camera": 2, "arduino": None, "odometry": None, "nav": 1}
+    assert cores == {"sim": None, "camera": 2, "arduino": None, "odometry": None, "nav": 1}
+    assert option(stack["camera"], "--detector-core") == "3"
     assert {name: spec.nice for name, spec in stack.items() if spec.nice is not None} == {"nav": -5}
 
 
 @pytest.mark.parametrize("cores", [1, 2, 3])
 def test_few_cores_are_shared_and_not_pinned(options: StackOptions, cores: int) -> None:
     assert {spec.core for spec in simulation_stack(replace(options, cores=cores), "open_floor", 7)} == {None}
+    camera = by_name(simulation_stack(replace(options, cores=cores), "open_floor", 7))["camera"]
+    assert "--detector-core" not in camera.argv
+
+
+def test_the_camera_process_starts_the_detector_and_its_log_belongs_to_the_run(options: StackOptions) -> None:
+    camera = by_name(simulation_stack(options, "open_floor", 7))["camera"]
+    assert option(camera, "--detector") == "sim"
+    assert option(camera, "--logs") == str(options.run_dir / "logs")
+    assert camera.children == ("detector",)
 
 
 def test_nav_gets_its_orders(options: StackOptions, tmp_path: Path) -> None:
@@ -95,9 +105,9 @@ def test_nav_gets_its_orders(options: StackOptions, tmp_path: Path) -> None:
 
 def test_the_robot_has_no_simulator(options: StackOptions) -> None:
     stack = by_name(robot_stack(options, "/dev/ttyACM0", environment={}))
-    assert list(stack) == ["lidar", "detector", "camera", "arduino", "odometry", "nav"]
+    assert list(stack) == ["lidar", "camera", "arduino", "odometry", "nav"]
     assert option(stack["arduino"], "--port") == "/dev/ttyACM0"
-    assert option(stack["detector"], "--source") == "/dev/video0"
+    assert option(stack["camera"], "--detector") == "/dev/video0"
 
 
 def test_without_rplidar_ros_our_own_driver_reads_the_lidar(options: StackOptions) -> None:

@@ -10,6 +10,7 @@ from py_trees.common import Access, Status
 from behaviours import InputsFresh, MissionRequested, SetTarget, TargetTracked
 from behaviours.leaf import MissionLeaf
 from target_nav.state import keys
+from target_nav.state.target_label import TargetDetector
 from target_nav.state.types import TargetSpec
 from tests.utils.board import ScriptedBoard, track_at
 
@@ -77,6 +78,18 @@ def test_set_target_writes_what_the_mission_looks_for(board: ScriptedBoard) -> N
     leaf = SetTarget("target")
     assert ticked(leaf, **{"class": "cone", "height_m": 0.4, "width_m": 0.2}) is Status.SUCCESS
     assert board.read(keys.SPEC) == TargetSpec("cone", 0.4, 0.2)
+
+
+def test_set_target_names_the_detector_in_the_label(board: ScriptedBoard) -> None:
+    ports = {"class": "7", "height_m": 0.16, "width_m": 0.16, "detector": TargetDetector.apriltag}
+    assert ticked(SetTarget("target"), **ports) is Status.SUCCESS
+    assert board.read(keys.SPEC) == TargetSpec("apriltag:7", 0.16, 0.16)
+
+
+def test_set_target_refuses_a_class_that_would_be_read_as_a_detector(board: ScriptedBoard) -> None:
+    leaf = SetTarget("target")
+    assert ticked(leaf, **{"class": "apriltag:7", "height_m": 0.16, "width_m": 0.16}) is Status.FAILURE
+    assert "apriltag:7" in leaf.feedback_message
 
 
 @pytest.mark.parametrize(

@@ -77,7 +77,9 @@ def test_one_that_stands_changes_nothing() -> None:
 def test_a_file_says_how_it_moves_within_limits(tmp_path) -> None:
     head = "bounds: [-2, -2, 2, 2]\nrobot: {x: 0, y: 0}\n"
     path = tmp_path / "a.yaml"
-    path.write_text(head + "target: {class: bowling_pin, x: 1, y: 0, velocity_mps: [0.05, -0.1], moves_s: 9}\n")
+    path.write_text(
+        head + "target: {class: bowling_pin, x: 1, y: 0, velocity_mps: [0.05, -0.1], moves_s: 9}\n"
+    )
     target = load_arena(path).target
     assert target == PlacedObject("bowling_pin", 1.0, 0.0, (0.05, -0.1), 9.0)
     path.write_text(head + "target: {class: bowling_pin, x: 1, y: 0, velocity_mps: [5, 0]}\n")

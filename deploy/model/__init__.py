@@ -1,0 +1,1 @@
+"""The pin model's workshop: synthetic pictures, training, export and evaluation. Nothing at run time imports it."""
