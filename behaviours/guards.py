@@ -24,13 +24,13 @@ class SetTarget(MissionLeaf):
         "width_m": PortInformation(
             float, required=True, description="checks shapes, and is twice the radius"
         ),
+        "lidar_width_m": number("width at the LiDAR's height, if that is less", default=0.0),
         "detector": PortInformation(
             TargetDetector,
             required=False,
             description="what finds it in the picture",
             default_value=TargetDetector.network,
         ),
-        "lidar_width_m": number("width at the LiDAR's height, if that is less", default=0.0),
     }
     OUTPUT_PORTS = {}
     PORT_LIMITS = {"height_m": (0.01, 5.0), "width_m": (0.01, 5.0), "lidar_width_m": (0.0, 5.0)}
@@ -48,8 +48,8 @@ class SetTarget(MissionLeaf):
 
     def _spec_of_the_mission(self) -> TargetSpec:
         label = make_label(self.get_input("detector"), self.get_input("class"))
-        sizes = (self.get_input(name) for name in ("height_m", "width_m", "lidar_width_m"))
-        return TargetSpec(label, *sizes)
+        sizes_m = (self.get_input(port) for port in ("height_m", "width_m", "lidar_width_m"))
+        return TargetSpec(label, *sizes_m)
 
 
 class MissionRequested(MissionLeaf):
