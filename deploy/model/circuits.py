@@ -152,8 +152,8 @@ def _wire(rng: Rng, board: Picture, unit: float) -> None:
     points = np.int32((1 - t) ** 2 * a + 2 * t * (1 - t) * bow + t**2 * b)
     cv2.polylines(board, [points], False, _loud(rng), max(int(rng.uniform(0.3, 1.2) * unit), 1), cv2.LINE_AA)
     for end in (points[0], points[-1]):
-        w, h = max(int(0.5 * unit), 1), max(int(rng.uniform(0.5, 2.5) * unit), 1)
-        cv2.rectangle(board, (end - (w, h)).tolist(), np.add(end, (w, h)).tolist(), _loud(rng), -1)
+        reach = np.array([max(int(0.5 * unit), 1), max(int(rng.uniform(0.5, 2.5) * unit), 1)])
+        cv2.rectangle(board, (end - reach).tolist(), (end + reach).tolist(), _loud(rng), -1)
 
 
 def _upright(rng: Rng, picture: Picture, u: float, foot: float, w: float, h: float) -> None:

@@ -50,11 +50,14 @@ TEST_CASE("what the look sees takes the glance's place, also below its threshold
   seen.answers = {{{0.8, 301, 201, 15, 50}}};
   const auto boxes = after(seen, {{0.2, 300, 200, 20, 48}});
   REQUIRE(seen.parts.size() == 1);
-  CHECK(seen.parts[0].left == 220);
-  CHECK(seen.parts[0].top == 136);
+  CHECK(seen.parts[0].left == 250);
+  CHECK(seen.parts[0].top == 160);
+  CHECK(seen.parts[0].width == 100);
+  CHECK(seen.parts[0].height == 80);
   REQUIRE(boxes.size() == 1);
-  CHECK(boxes[0].score == 0.8);
-  CHECK(boxes[0].height_px == 50);
+  CHECK(boxes[0].score == doctest::Approx(std::cbrt(0.2 * 0.8 * 0.8)));
+  CHECK(boxes[0].v_px == 201);
+  CHECK(boxes[0].height_px == 50 - 2 * EDGE_BIAS_PX);
 }
 
 TEST_CASE("what the look does not see is no object, and what it sees elsewhere is none either") {
@@ -65,10 +68,23 @@ TEST_CASE("what the look does not see is no object, and what it sees elsewhere i
 
 TEST_CASE("the part stays in the picture") {
   for (const auto& [u, v, left, top] : {std::array<double, 4>{5, 5, 0, 0}, {635, 475, 480, 352}, {80, 64, 0, 0}, {81, 65, 1, 1}}) {
-    const Part part = part_around({0.5, u, v, 10, 20}, WIDTH, HEIGHT);
+    const Part part = part_around({0.5, u, v, 10, 80}, WIDTH, HEIGHT);
     CHECK(part.left == left);
     CHECK(part.top == top);
   }
+}
+
+TEST_CASE("a part is the smallest that leaves room round the box") {
+  for (const auto& [height, width] : {std::array<double, 2>{40, 80}, {41, 100}, {50, 100}, {51, 120}, {60, 120}, {61, 160}, {95, 160}}) {
+    CHECK(part_around({0.5, 300, 200, 10, height}, WIDTH, HEIGHT).width == width);
+  }
+  CHECK(part_around({0.5, 300, 200, 51, 20}, WIDTH, HEIGHT).width == 100);
+}
+
+TEST_CASE("both the glance and the look must see something") {
+  Seen seen;
+  seen.answers = {{{0.6, 300, 200, 20, 48}}};
+  CHECK(after(seen, {{0.2, 300, 200, 20, 48}}).empty());
 }
 
 TEST_CASE("one look settles all that it holds; the third group keeps the glance's word") {
@@ -82,10 +98,12 @@ TEST_CASE("one look settles all that it holds; the third group keeps the glance'
 
 TEST_CASE("a box that the part's border may cut is left out, one at the picture's border is not") {
   Seen seen;
-  seen.answers = {{{0.9, 222, 200, 20, 48}}, {{0.9, 8, 450, 16, 60}}};
+  seen.answers = {{{0.9, 252, 200, 20, 48}}, {{0.9, 8, 450, 16, 60}}};
   const auto boxes = after(seen, {{0.9, 300, 200, 20, 48}, {0.8, 8, 450, 16, 60}});
   REQUIRE(boxes.size() == 1);
   CHECK(boxes[0].u_px == 8);
+  // Its foot is at the picture's border and stays there.
+  CHECK(boxes[0].v_px + 0.5 * boxes[0].height_px == 480);
 }
 
 TEST_CASE("a small picture, or a score too low, is not looked at again") {
@@ -102,10 +120,10 @@ TEST_CASE("parts of a picture go through the network of their size, and through 
   OpencvBackend whole(support::model_path());
   for (InferenceBackend* backend : {static_cast<InferenceBackend*>(&small), static_cast<InferenceBackend*>(&whole)}) {
     PartLooker looker(*backend);
-    const auto boxes = looker.look(image, {330, 140}, {});
+    const auto boxes = looker.look(image, {340, 140, 160, 128}, {});
     REQUIRE(boxes.size() >= 1);
     CHECK(std::abs(boxes[0].u_px - 412.0) <= 8.0);
     CHECK(std::abs(boxes[0].v_px - 212.0) <= 8.0);
-    CHECK(looker.look(image, {0, 0}, {}).empty());
+    CHECK(looker.look(image, {0, 0, 80, 64}, {}).empty());
   }
 }

@@ -94,12 +94,12 @@ class OnnxDetector:
 
     def _look(self, image_bgr: ImageBgr, part: Part) -> list[ScoredBox]:
         height, width = image_bgr.shape[:2]
-        rows, columns = (
-            slice(part.top, part.top + LOOK_HEIGHT),
-            slice(part.left, part.left + LOOK_WIDTH),
-        )
-        heads = self._forward(self._look_net, planes_of(image_bgr[rows, columns]))
-        where = Letterbox.part(part.left, part.top, LOOK_WIDTH, LOOK_HEIGHT)
+        pixels = image_bgr[part.top : part.top + part.height, part.left : part.left + part.width]
+        # Linear, and nothing is done to a part of the look's own size.
+        enlarged = np.asarray(cv2.resize(pixels, (LOOK_WIDTH, LOOK_HEIGHT)), np.uint8)
+        heads = self._forward(self._look_net, planes_of(enlarged))
+        scale = LOOK_WIDTH / part.width
+        where = Letterbox(scale, -scale * part.left, -scale * part.top, LOOK_WIDTH, LOOK_HEIGHT)
         return decode_heads(heads, where, width, height, self._score_min, LOOK_HEIGHT, LOOK_WIDTH)
 
     def _forward(self, net: cv2.dnn.Net, blob: np.ndarray) -> list[np.ndarray]:

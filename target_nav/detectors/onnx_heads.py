@@ -39,15 +39,10 @@ class Letterbox:
     """How a frame lies in the network's input: input = frame * scale + (left, top)."""
 
     scale: float
-    left: int
-    top: int
+    left: float
+    top: float
     width: int
     height: int
-
-    @classmethod
-    def part(cls, left: int, top: int, width: int, height: int) -> Letterbox:
-        """A part of the frame in its own pixels, nothing round it."""
-        return cls(1.0, -left, -top, width, height)
 
     @classmethod
     def of(cls, frame_width: int, frame_height: int) -> Letterbox:
@@ -61,7 +56,8 @@ class Letterbox:
         method = cv2.INTER_AREA if self.scale < 1.0 else cv2.INTER_LINEAR
         scaled = cv2.resize(image_bgr, (self.width, self.height), interpolation=method)
         padded = np.full((INPUT_HEIGHT, INPUT_WIDTH, 3), PAD_GREY, np.uint8)
-        padded[self.top : self.top + self.height, self.left : self.left + self.width] = scaled
+        left, top = int(self.left), int(self.top)
+        padded[top : top + self.height, left : left + self.width] = scaled
         return planes_of(padded)
 
 

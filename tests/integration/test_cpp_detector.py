@@ -16,11 +16,15 @@ import cv2
 import numpy as np
 import pytest
 
+from target_nav.app.model_file import cpu_model
 from target_nav.config import Config
+from target_nav.detectors.onnx_detector import OnnxDetector
 from target_nav.detectors.undistort import Undistorter
 from target_nav.ipc import channels
+from target_nav.sim.arena import Arena, Bounds, PlacedObject
+from target_nav.sim.render import Renderer
 from target_nav.state.snapshots import Calibration, CameraFrame
-from target_nav.state.types import DetectionFrame, RawDetectionFrame
+from target_nav.state.types import DetectionFrame, Pose2D, RawDetectionFrame
 from tests.utils import cpp_detector, tiny_onnx
 
 pytestmark = pytest.mark.linux
@@ -257,6 +261,23 @@ def test_both_opencv_generations_see_the_same_boxes(rig: Rig) -> None:
     raw = channels.open_reader(channels.DETECTIONS, prefix=rig.prefix).latest()
     assert isinstance(raw, RawDetectionFrame)
     assert raw.detections[0].score == pytest.approx(1.0 / (1.0 + np.exp(-best)), abs=0.01)
+
+
+@pytest.mark.parametrize("range_m", [1.0, 2.0, 3.5])
+def test_both_detectors_look_again_by_the_same_rule(rig: Rig, range_m: float) -> None:
+    """A rendered pin, near enough for the glance alone and too far for it: the same boxes but for OpenCV's rounding."""
+    model = cpu_model(Config())
+    arena = Arena("pin", Bounds(-5, -5, 5, 5), Pose2D(-2, 0, 0), PlacedObject("bowling_pin", 0.0, 0.0))
+    rig.image = Renderer(arena, Config()).draw(Pose2D(-range_m, 0.1, 0.0), 0.0, np.random.default_rng(4))
+    (ours,) = OnnxDetector(model, score_min=Config().detector.propose_score).detect(rig.image)
+    rig.start("sim", model)
+    rig.until(has_object)
+    raw = channels.open_reader(channels.DETECTIONS, prefix=rig.prefix).latest()
+    assert isinstance(raw, RawDetectionFrame)
+    (theirs,) = raw.detections
+    assert theirs.score == pytest.approx(ours.score, abs=0.02)
+    assert (theirs.u_px, theirs.v_px) == pytest.approx((ours.u_px, ours.v_px), abs=0.5)
+    assert (theirs.width_px, theirs.height_px) == pytest.approx((ours.width_px, ours.height_px), abs=1.0)
 
 
 def test_the_stages_times_are_logged(rig: Rig, tmp_path: Path) -> None:

@@ -26,7 +26,8 @@ Placement placement_of(int picture_width, int picture_height) {
                                 static_cast<double>(INPUT_HEIGHT) / picture_height);
   const int width = static_cast<int>(std::lround(scale * picture_width));
   const int height = static_cast<int>(std::lround(scale * picture_height));
-  return {scale, (INPUT_WIDTH - width) / 2, (INPUT_HEIGHT - height) / 2, width, height};
+  return {scale, static_cast<double>((INPUT_WIDTH - width) / 2),
+          static_cast<double>((INPUT_HEIGHT - height) / 2), width, height};
 }
 
 void fill_planes(const cv::Mat& image_bgr, int left, int top, InputSize size, std::vector<float>& input) {
@@ -55,7 +56,7 @@ const float* Letterbox::prepare(const cv::Mat& image_bgr) {
   // At exactly one half both ways of shrinking are the mean of four pixels.
   const int method = placement.scale < 1.0 ? cv::INTER_AREA : cv::INTER_LINEAR;
   cv::resize(image_bgr, scaled_, {placement.width, placement.height}, 0.0, 0.0, method);
-  fill_planes(scaled_, placement.left, placement.top, WHOLE_INPUT, input_);
+  fill_planes(scaled_, static_cast<int>(placement.left), static_cast<int>(placement.top), WHOLE_INPUT, input_);
   return input_.data();
 }
 

@@ -12,8 +12,8 @@ namespace yolo_cam {
 // How the picture lies in the network's input: input = picture * scale + offset.
 struct Placement {
   double scale = 1.0;
-  int left = 0;
-  int top = 0;
+  double left = 0.0;
+  double top = 0.0;
   int width = 0;
   int height = 0;
 };

@@ -6,6 +6,8 @@
 #include <iterator>
 #include <utility>
 
+#include <opencv2/imgproc.hpp>
+
 #include "detect/letterbox.hpp"
 
 namespace yolo_cam {
@@ -23,6 +25,24 @@ bool inside(double middle, double size, int start, int length, int limit) {
   return (start == 0 || low >= start + LOOK_MARGIN_PX) && (start + length == limit || high <= start + length - LOOK_MARGIN_PX);
 }
 
+InputSize part_size(const Detection& box) {
+  for (const InputSize& size : PART_SIZES) {
+    if (box.height_px <= PART_FILL_MAX * size.height && box.width_px <= PART_FILL_MAX * size.width) {
+      return size;
+    }
+  }
+  return PART_SIZES.back();
+}
+
+// Less the bias of both edges; an edge at the picture's border stays there, so that the border rule flags it.
+Detection measured(const Detection& seen, double score, int picture_height) {
+  double top = seen.v_px - 0.5 * seen.height_px;
+  double bottom = seen.v_px + 0.5 * seen.height_px;
+  top += top > 0.0 ? EDGE_BIAS_PX : 0.0;
+  bottom -= bottom < picture_height ? EDGE_BIAS_PX : 0.0;
+  return {score, seen.u_px, 0.5 * (top + bottom), seen.width_px, bottom - top};
+}
+
 void keep_above(const std::vector<Detection>& boxes, double score_min, std::vector<Detection>& kept) {
   std::copy_if(boxes.begin(), boxes.end(), std::back_inserter(kept),
                [&](const Detection& box) { return box.score >= score_min; });
@@ -31,18 +51,22 @@ void keep_above(const std::vector<Detection>& boxes, double score_min, std::vect
 }  // namespace
 
 Part part_around(const Detection& box, int picture_width, int picture_height) {
-  return {start_of(box.u_px, LOOK_WIDTH, picture_width), start_of(box.v_px, LOOK_HEIGHT, picture_height)};
+  const InputSize size = part_size(box);
+  return {start_of(box.u_px, size.width, picture_width), start_of(box.v_px, size.height, picture_height), size.width,
+          size.height};
 }
 
+double combined(double glance, double look) { return std::cbrt(glance * look * look); }
+
 bool holds(const Part& part, const Detection& box, int picture_width, int picture_height) {
-  return inside(box.u_px, box.width_px, part.left, LOOK_WIDTH, picture_width) &&
-         inside(box.v_px, box.height_px, part.top, LOOK_HEIGHT, picture_height);
+  return inside(box.u_px, box.width_px, part.left, part.width, picture_width) &&
+         inside(box.v_px, box.height_px, part.top, part.height, picture_height);
 }
 
 std::vector<Detection> look_again(const std::vector<Detection>& glanced, const Look& look, int picture_width,
                                   int picture_height, const DecoderLimits& limits) {
   std::vector<Detection> kept;
-  if (picture_width < LOOK_WIDTH || picture_height < LOOK_HEIGHT) {
+  if (picture_width < PART_SIZES.back().width || picture_height < PART_SIZES.back().height) {
     keep_above(glanced, limits.score_min, kept);
     return kept;
   }
@@ -63,9 +87,17 @@ std::vector<Detection> look_again(const std::vector<Detection>& glanced, const L
     }
     open = std::move(rest);
     for (const Detection& seen : look(part)) {
-      const auto same = [&](const Detection& box) { return overlap(seen, box) >= SAME_OVERLAP_MIN; };
-      if (holds(part, seen, picture_width, picture_height) && std::any_of(settled.begin(), settled.end(), same)) {
-        kept.push_back(seen);
+      if (!holds(part, seen, picture_width, picture_height)) {
+        continue;
+      }
+      // Best first, so it is the best glance at the same thing.
+      const auto same = std::find_if(settled.begin(), settled.end(),
+                                     [&](const Detection& box) { return overlap(seen, box) >= SAME_OVERLAP_MIN; });
+      if (same == settled.end()) {
+        continue;
+      }
+      if (const double score = combined(same->score, seen.score); score >= limits.score_min) {
+        kept.push_back(measured(seen, score, picture_height));
       }
     }
   }
@@ -79,8 +111,10 @@ PartLooker::PartLooker(InferenceBackend& backend) : backend_(backend), input_(ba
 
 std::vector<Detection> PartLooker::look(const cv::Mat& image_bgr, const Part& part, const DecoderLimits& limits) {
   const InputSize size = backend_.input_size();
-  fill_planes(image_bgr({part.left, part.top, LOOK_WIDTH, LOOK_HEIGHT}), 0, 0, size, input_);
-  const Placement placement{1.0, -part.left, -part.top, LOOK_WIDTH, LOOK_HEIGHT};
+  cv::resize(image_bgr({part.left, part.top, part.width, part.height}), enlarged_, {LOOK_WIDTH, LOOK_HEIGHT});
+  fill_planes(enlarged_, 0, 0, size, input_);
+  const double scale = static_cast<double>(LOOK_WIDTH) / part.width;
+  const Placement placement{scale, -scale * part.left, -scale * part.top, LOOK_WIDTH, LOOK_HEIGHT};
   return decode(backend_.run(input_.data()), placement, image_bgr.cols, image_bgr.rows, limits);
 }
 

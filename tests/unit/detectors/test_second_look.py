@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from target_nav.detectors.onnx_heads import OVERLAP_MAX, ScoredBox
 from target_nav.detectors.second_look import (
+    EDGE_BIAS_PX,
     GLANCE_SCORE_MIN,
-    LOOK_HEIGHT,
-    LOOK_WIDTH,
     LOOKS_MAX,
+    PART_SIZES,
     Part,
     look_again,
     overlap,
@@ -51,10 +51,28 @@ def test_a_large_box_needs_no_second_look() -> None:
 
 
 def test_what_the_look_sees_takes_the_glances_place_also_below_its_threshold() -> None:
-    better = box(0.8, 301, 201, 15, 50)
-    seen = Seen([better])
-    assert after(seen, box(0.2, 300, 200, 20, 48)) == [better]
-    assert seen.parts == [Part(220, 136)]
+    seen = Seen([box(0.8, 301, 201, 15, 50)])
+    (found,) = after(seen, box(0.2, 300, 200, 20, 48))
+    assert seen.parts == [Part(250, 160, 100, 80)]
+    assert found.score == pytest.approx((0.2 * 0.8 * 0.8) ** (1 / 3))
+    assert (found.left, found.right) == (293.5, 308.5)
+    assert (found.top, found.bottom) == (176 + EDGE_BIAS_PX, 226 - EDGE_BIAS_PX)
+
+
+def test_both_the_glance_and_the_look_must_see_something() -> None:
+    assert after(Seen([box(0.6, 300, 200, 20, 48)]), box(0.2, 300, 200, 20, 48)) == []
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "size"),
+    [(10, 40, (80, 64)), (10, 41, (100, 80)), (10, 50, (100, 80)), (10, 51, (120, 96)), (10, 60, (120, 96)),
+     (10, 61, (160, 128)), (10, 95, (160, 128)), (51, 20, (100, 80))],
+)  # fmt: skip
+def test_a_part_is_the_smallest_that_leaves_room_round_the_box(
+    width: float, height: float, size: tuple[int, int]
+) -> None:
+    part = Part.around(box(0.5, 300, 200, width, height), WIDTH, HEIGHT)
+    assert (part.width, part.height) == size
 
 
 def test_what_the_look_does_not_see_is_no_object_and_what_it_sees_elsewhere_is_none_either() -> None:
@@ -66,7 +84,7 @@ def test_what_the_look_does_not_see_is_no_object_and_what_it_sees_elsewhere_is_n
     [(5, 5, (0, 0)), (635, 475, (480, 352)), (80, 64, (0, 0)), (81, 65, (1, 1)), (80.5, 64.49, (1, 0))],
 )
 def test_the_part_stays_in_the_frame(u: float, v: float, corner: tuple[int, int]) -> None:
-    part = Part.around(box(0.5, u, v, 10, 20), WIDTH, HEIGHT)
+    part = Part.around(box(0.5, u, v, 10, 80), WIDTH, HEIGHT)
     assert (part.left, part.top) == corner
 
 
@@ -86,15 +104,15 @@ def test_one_look_settles_all_that_it_holds_and_the_third_group_keeps_the_glance
 
 
 def test_a_box_that_the_parts_border_may_cut_is_left_out_one_at_the_frames_border_is_not() -> None:
-    at_border = box(0.9, 8, 450, 16, 60)
-    seen = Seen([box(0.9, 222, 200, 20, 48)], [at_border])
-    assert after(seen, box(0.9, 300, 200, 20, 48), box(0.8, 8, 450, 16, 60)) == [at_border]
+    seen = Seen([box(0.9, 252, 200, 20, 48)], [box(0.9, 8, 450, 16, 60)])
+    (found,) = after(seen, box(0.9, 300, 200, 20, 48), box(0.8, 8, 450, 16, 60))
+    assert (found.left, found.bottom) == (0, HEIGHT)
 
 
 def test_a_small_frame_or_a_score_too_low_is_not_looked_at_again() -> None:
     seen = Seen()
     one = box(0.9, 50, 50, 15, 40)
-    assert look_again([one], seen, LOOK_WIDTH - 1, HEIGHT, 0.5) == [one]
+    assert look_again([one], seen, PART_SIZES[-1][0] - 1, HEIGHT, 0.5) == [one]
     assert after(seen, box(0.99 * GLANCE_SCORE_MIN, 50, 50, 15, 40)) == []
     assert seen.parts == []
 
@@ -120,5 +138,5 @@ def test_whatever_is_seen_boxes_come_best_first_apart_and_above_the_threshold(
     assert all(overlap(a, b) <= OVERLAP_MAX for i, a in enumerate(found) for b in found[:i])
     assert len(seen.parts) <= LOOKS_MAX
     for part in seen.parts:
-        assert 0 <= part.left <= WIDTH - LOOK_WIDTH
-        assert 0 <= part.top <= HEIGHT - LOOK_HEIGHT
+        assert 0 <= part.left <= WIDTH - part.width
+        assert 0 <= part.top <= HEIGHT - part.height
