@@ -161,10 +161,6 @@ def _run(arguments: argparse.Namespace) -> None:
         raise ConfigError(f"--seed is {arguments.seed}; it must be 0 or more")
     if arguments.truth is not None and not arguments.truth.parent.is_dir():
         raise ConfigError(f"--truth {arguments.truth}: there is no folder {arguments.truth.parent}")
-    if arena.target is not None and arena.target.velocity_mps != (0.0, 0.0):
-        raise ConfigError(
-            f"{arena.name}: its target moves, which is not drawn for the camera; run it with --virtual"
-        )
     with ExitStack() as stack:
         ros = stack.enter_context(RosNode("sim"))
         frames = channels.open_writer(channels.SIM_CAMERA, prefix=config.ipc.prefix)

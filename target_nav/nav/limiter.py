@@ -4,8 +4,8 @@ Rules in this order: an input that is missing, stale or not finite sends zero at
 can do; the body's predicted way must stay clear of obstacles; and what is sent changes no faster than the limits of
 acceleration and jerk. No request means braking to zero. Motion that leads away from an obstacle is always allowed.
 
-Jerk is for comfort, so it never makes a stop longer: where the obstacle rule slows down, or nobody asks for motion,
-only what the base can do counts.
+Jerk is for comfort, so it never makes a stop longer: where the obstacle rule slows down, or standstill is asked for (by
+a guard, an operator, or because nobody asks for motion), only what the base can do counts.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class VelocityLimiter:
         points = self._near(points)
         clear, slowed = self._clear(able, points)
         last = self._ramp.last.twist
-        for_safety = request is None or (bool(slowed) and _slower(clear, last))
+        for_safety = able == STOP or (bool(slowed) and _slower(clear, last))
         step = self._ramp.brisk(clear, dt) if for_safety else self._ramp.smooth(clear, dt)
         ramped = step.twist
         by = slowed or by

@@ -108,7 +108,7 @@ def test_arguments_arrive_as_the_nav_process_reads_them(prefix: str, port: Comma
         port.firmware("TMOTOR,FL,80")
         port.drive(Twist2D(0.1, 0.0, -0.2))
         assert [command.argument for command in nav.pop_all()] == [
-            *("approach.stand_off_m=0.12", "bottle,0.3,0.07", "", "/missions/patrol.xml", "TMOTOR,FL,80"),
+            *("approach.stand_off_m=0.12", "bottle,0.3,0.07,0", "", "/missions/patrol.xml", "TMOTOR,FL,80"),
             "0.1,0,-0.2",
         ]
 
