@@ -111,6 +111,8 @@ class SpiralSearch(GuardedSkill):
 
     def _begin_anew(self, view: View) -> None:
         self._all_was_seen = False
+        # an empty map knows no floor and no way-point: look before choosing
+        self._looked_s = -math.inf
         self._driver.forget()
         self._coverage.begin(view.pose_in_odom)
         self._coverage.look_again(self._range_m)

@@ -61,7 +61,7 @@ def test_it_stays_within_its_radius() -> None:
 
 def test_way_points_beyond_walls_are_not_driven_at() -> None:
     cell = ToyWorld(room(0.7), pin=None, start=Pose2D(), noise=0.0)
-    step = cell.run(search(radius_m=4.0), 120.0)
+    step = cell.run(search(radius_m=4.0, time_limit_s=200.0), 210.0)
     assert step.status is SkillStatus.FAILURE
     assert "all in reach was seen" in step.reason
     assert cell.min_clearance_m > 0.02
@@ -106,7 +106,7 @@ def test_after_a_find_that_was_none_it_goes_on_where_it_was() -> None:
 def test_after_all_was_seen_it_begins_anew() -> None:
     cell = ToyWorld(room(0.7), pin=None, start=Pose2D(), noise=0.0)
     skill = search(time_limit_s=200.0)
-    assert "all in reach was seen" in cell.run(skill, 120.0).reason
+    assert "all in reach was seen" in cell.run(skill, 210.0).reason
     before_m2 = skill.unseen_m2
     skill.start(view(cell.now_s))
     assert skill.unseen_m2 > before_m2
