@@ -324,7 +324,7 @@ def test_reset_begins_from_standstill() -> None:
 def test_a_stop_for_safety_is_as_short_as_without_a_limit_of_jerk(
     twist: Twist2D, ticks: int, ahead: float, aside: float
 ) -> None:
-    """Stopping because nobody asks or something is near: the limit of jerk makes no tick of it faster."""
+    """Stopping because nobody asks, standstill is asked for or something is near: no tick of it is made faster."""
     smooth, harsh = (
         VelocityLimiter(CONFIG.override({"robot.max_jerk_mps3": jerk, "robot.max_yaw_jerk_radps3": yaw}))
         for jerk, yaw in ((0.5, 1.0), (1000.0, 5000.0))
@@ -332,7 +332,7 @@ def test_a_stop_for_safety_is_as_short_as_without_a_limit_of_jerk(
     for _ in range(ticks + 60):
         limit(smooth, ask(twist)), limit(harsh, ask(twist))
     near = points((0.16 + ahead, aside))
-    for obstacles, request in ((near, ask(twist)), (NO_POINTS, None)):
+    for obstacles, request in ((near, ask(twist)), (NO_POINTS, None), (NO_POINTS, ask(STOP))):
         for _ in range(6):
             one = limit(smooth, request, obstacles).twist
             other = limit(harsh, request, obstacles).twist
