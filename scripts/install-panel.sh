@@ -5,6 +5,8 @@
 #   scripts/install-panel.sh --if-root  only where that takes no password (any option before or after); else a line of text
 # Does nothing when all of it is there. Uses sudo if the user is not root.
 set -eu
+# shellcheck source=scripts/lib/debian.sh
+. "$(dirname "$0")/lib/debian.sh"
 packages='python3-gi python3-gi-cairo gir1.2-gtk-3.0 python3-numpy python3-yaml fonts-dejavu-core adwaita-icon-theme'
 if_root=false
 for argument in "$@"; do
@@ -18,29 +20,5 @@ for argument in "$@"; do
       ;;
   esac
 done
-
-missing=
-for package in $packages; do
-  dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing="$missing $package"
-done
-[ -n "$missing" ] || exit 0
-if ! command -v apt-get >/dev/null; then
-  echo "no apt-get here; install by hand what corresponds to:$missing" >&2
-  $if_root && exit 0
-  exit 2
-fi
-sudo=
-if [ "$(id -u)" != 0 ]; then
-  if $if_root || ! command -v sudo >/dev/null; then
-    echo "the panel's packages are not there; as root: apt-get install --no-install-recommends$missing" >&2
-    $if_root && exit 0
-    exit 2
-  fi
-  sudo=sudo
-fi
-# The list of packages may be old or absent, as in a fresh container. $missing is words.
 # shellcheck disable=SC2086
-$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing >/dev/null 2>&1 || {
-  $sudo apt-get update -qq
-  $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing
-}
+install_packages "$if_root" "the operator's panel" $packages

@@ -53,6 +53,11 @@ enum class CommandKind : std::int32_t {  // the numbers are the project's own
   RESUME = 5,
   STEP = 6,
   RELOAD = 7,
+  MANUAL = 8,
+  SETTING = 9,
+  LOAD = 10,
+  TARGET = 11,
+  FIRMWARE = 12,
 };
 
 enum class OutcomeKind : std::int32_t {  // counted from 0
@@ -297,8 +302,14 @@ struct NavSnapshot {
   double rate_hz;
   double jitter_p99_s;
   std::int64_t overruns;
+  char mission[64];
+  bool paused;
+  bool manual;
+  std::int64_t settings_crc;
+  char notice[160];
+  std::int64_t notice_count;
 };
-static_assert(sizeof(NavSnapshot) == 944 && alignof(NavSnapshot) == 8);
+static_assert(sizeof(NavSnapshot) == 1192 && alignof(NavSnapshot) == 8);
 static_assert(offsetof(NavSnapshot, stamp_s) == 0 && sizeof(NavSnapshot::stamp_s) == 8);
 static_assert(offsetof(NavSnapshot, tick) == 8 && sizeof(NavSnapshot::tick) == 8);
 static_assert(offsetof(NavSnapshot, state) == 16 && sizeof(NavSnapshot::state) == 4);
@@ -319,6 +330,12 @@ static_assert(offsetof(NavSnapshot, camera_age_s) == 912 && sizeof(NavSnapshot::
 static_assert(offsetof(NavSnapshot, rate_hz) == 920 && sizeof(NavSnapshot::rate_hz) == 8);
 static_assert(offsetof(NavSnapshot, jitter_p99_s) == 928 && sizeof(NavSnapshot::jitter_p99_s) == 8);
 static_assert(offsetof(NavSnapshot, overruns) == 936 && sizeof(NavSnapshot::overruns) == 8);
+static_assert(offsetof(NavSnapshot, mission) == 944 && sizeof(NavSnapshot::mission) == 64);
+static_assert(offsetof(NavSnapshot, paused) == 1008 && sizeof(NavSnapshot::paused) == 1);
+static_assert(offsetof(NavSnapshot, manual) == 1009 && sizeof(NavSnapshot::manual) == 1);
+static_assert(offsetof(NavSnapshot, settings_crc) == 1016 && sizeof(NavSnapshot::settings_crc) == 8);
+static_assert(offsetof(NavSnapshot, notice) == 1024 && sizeof(NavSnapshot::notice) == 160);
+static_assert(offsetof(NavSnapshot, notice_count) == 1184 && sizeof(NavSnapshot::notice_count) == 8);
 
 struct LaserSnapshot {
   double stamp_s;
@@ -331,6 +348,80 @@ static_assert(offsetof(LaserSnapshot, stamp_s) == 0 && sizeof(LaserSnapshot::sta
 static_assert(offsetof(LaserSnapshot, pose_in_odom) == 8 && sizeof(LaserSnapshot::pose_in_odom) == 24);
 static_assert(offsetof(LaserSnapshot, points_count) == 32 && sizeof(LaserSnapshot::points_count) == 4);
 static_assert(offsetof(LaserSnapshot, points_in_base_m) == 40 && sizeof(LaserSnapshot::points_in_base_m) == 23040);
+
+struct AvoidSnapshot {
+  double stamp_s;
+  Pose2D pose_in_odom;
+  bool active;
+  double direction_rad;
+  double free_ahead_m;
+  bool along_the_way;
+  std::int64_t outline_count;
+  std::uint32_t points_count;
+  double points_in_base_m[2880];
+};
+static_assert(sizeof(AvoidSnapshot) == 23120 && alignof(AvoidSnapshot) == 8);
+static_assert(offsetof(AvoidSnapshot, stamp_s) == 0 && sizeof(AvoidSnapshot::stamp_s) == 8);
+static_assert(offsetof(AvoidSnapshot, pose_in_odom) == 8 && sizeof(AvoidSnapshot::pose_in_odom) == 24);
+static_assert(offsetof(AvoidSnapshot, active) == 32 && sizeof(AvoidSnapshot::active) == 1);
+static_assert(offsetof(AvoidSnapshot, direction_rad) == 40 && sizeof(AvoidSnapshot::direction_rad) == 8);
+static_assert(offsetof(AvoidSnapshot, free_ahead_m) == 48 && sizeof(AvoidSnapshot::free_ahead_m) == 8);
+static_assert(offsetof(AvoidSnapshot, along_the_way) == 56 && sizeof(AvoidSnapshot::along_the_way) == 1);
+static_assert(offsetof(AvoidSnapshot, outline_count) == 64 && sizeof(AvoidSnapshot::outline_count) == 8);
+static_assert(offsetof(AvoidSnapshot, points_count) == 72 && sizeof(AvoidSnapshot::points_count) == 4);
+static_assert(offsetof(AvoidSnapshot, points_in_base_m) == 80 && sizeof(AvoidSnapshot::points_in_base_m) == 23040);
+
+struct TreeRow {
+  char name[64];
+  char word[48];
+  std::int64_t depth;
+  std::int32_t status;
+  bool active;
+  char feedback[128];
+};
+static_assert(sizeof(TreeRow) == 256 && alignof(TreeRow) == 8);
+static_assert(offsetof(TreeRow, name) == 0 && sizeof(TreeRow::name) == 64);
+static_assert(offsetof(TreeRow, word) == 64 && sizeof(TreeRow::word) == 48);
+static_assert(offsetof(TreeRow, depth) == 112 && sizeof(TreeRow::depth) == 8);
+static_assert(offsetof(TreeRow, status) == 120 && sizeof(TreeRow::status) == 4);
+static_assert(offsetof(TreeRow, active) == 124 && sizeof(TreeRow::active) == 1);
+static_assert(offsetof(TreeRow, feedback) == 125 && sizeof(TreeRow::feedback) == 128);
+
+struct TreeState {
+  double stamp_s;
+  std::int64_t tick;
+  std::int64_t total;
+  std::uint32_t rows_count;
+  TreeRow rows[256];
+};
+static_assert(sizeof(TreeState) == 65568 && alignof(TreeState) == 8);
+static_assert(offsetof(TreeState, stamp_s) == 0 && sizeof(TreeState::stamp_s) == 8);
+static_assert(offsetof(TreeState, tick) == 8 && sizeof(TreeState::tick) == 8);
+static_assert(offsetof(TreeState, total) == 16 && sizeof(TreeState::total) == 8);
+static_assert(offsetof(TreeState, rows_count) == 24 && sizeof(TreeState::rows_count) == 4);
+static_assert(offsetof(TreeState, rows) == 32 && sizeof(TreeState::rows) == 65536);
+
+struct ProcessRow {
+  char name[64];
+  char condition[32];
+  std::int64_t pid;
+  std::int64_t restarts;
+};
+static_assert(sizeof(ProcessRow) == 112 && alignof(ProcessRow) == 8);
+static_assert(offsetof(ProcessRow, name) == 0 && sizeof(ProcessRow::name) == 64);
+static_assert(offsetof(ProcessRow, condition) == 64 && sizeof(ProcessRow::condition) == 32);
+static_assert(offsetof(ProcessRow, pid) == 96 && sizeof(ProcessRow::pid) == 8);
+static_assert(offsetof(ProcessRow, restarts) == 104 && sizeof(ProcessRow::restarts) == 8);
+
+struct ProcessTable {
+  double stamp_s;
+  std::uint32_t rows_count;
+  ProcessRow rows[24];
+};
+static_assert(sizeof(ProcessTable) == 2704 && alignof(ProcessTable) == 8);
+static_assert(offsetof(ProcessTable, stamp_s) == 0 && sizeof(ProcessTable::stamp_s) == 8);
+static_assert(offsetof(ProcessTable, rows_count) == 8 && sizeof(ProcessTable::rows_count) == 4);
+static_assert(offsetof(ProcessTable, rows) == 16 && sizeof(ProcessTable::rows) == 2688);
 
 struct Command {
   double stamp_s;
@@ -414,10 +505,10 @@ struct NavChannel {
   using Payload = NavSnapshot;
   static constexpr const char* NAME = "nav";
   static constexpr const char* LAYOUT_NAME = "NavSnapshot";
-  static constexpr std::uint32_t LAYOUT_HASH = 0x0b860034u;
+  static constexpr std::uint32_t LAYOUT_HASH = 0x5fd1ef5bu;
   static constexpr std::uint32_t SLOT_COUNT = 4;
-  static constexpr std::uint32_t SLOT_BYTES = 1024;
-  static constexpr std::uint64_t FILE_BYTES = 4288;
+  static constexpr std::uint32_t SLOT_BYTES = 1216;
+  static constexpr std::uint64_t FILE_BYTES = 5056;
 };
 
 struct LaserChannel {
@@ -430,11 +521,41 @@ struct LaserChannel {
   static constexpr std::uint64_t FILE_BYTES = 92608;
 };
 
+struct AvoidChannel {
+  using Payload = AvoidSnapshot;
+  static constexpr const char* NAME = "avoid";
+  static constexpr const char* LAYOUT_NAME = "AvoidSnapshot";
+  static constexpr std::uint32_t LAYOUT_HASH = 0x7c85c8c6u;
+  static constexpr std::uint32_t SLOT_COUNT = 4;
+  static constexpr std::uint32_t SLOT_BYTES = 23168;
+  static constexpr std::uint64_t FILE_BYTES = 92864;
+};
+
+struct TreeChannel {
+  using Payload = TreeState;
+  static constexpr const char* NAME = "tree";
+  static constexpr const char* LAYOUT_NAME = "TreeState";
+  static constexpr std::uint32_t LAYOUT_HASH = 0x1dbe761fu;
+  static constexpr std::uint32_t SLOT_COUNT = 4;
+  static constexpr std::uint32_t SLOT_BYTES = 65600;
+  static constexpr std::uint64_t FILE_BYTES = 262592;
+};
+
+struct ProcessesChannel {
+  using Payload = ProcessTable;
+  static constexpr const char* NAME = "processes";
+  static constexpr const char* LAYOUT_NAME = "ProcessTable";
+  static constexpr std::uint32_t LAYOUT_HASH = 0xcf678a5du;
+  static constexpr std::uint32_t SLOT_COUNT = 4;
+  static constexpr std::uint32_t SLOT_BYTES = 2752;
+  static constexpr std::uint64_t FILE_BYTES = 11200;
+};
+
 struct CmdChannel {
   using Payload = PushedCommand;
   static constexpr const char* NAME = "cmd";
   static constexpr const char* LAYOUT_NAME = "PushedCommand";
-  static constexpr std::uint32_t LAYOUT_HASH = 0xb1fb702cu;
+  static constexpr std::uint32_t LAYOUT_HASH = 0x2335c581u;
   static constexpr std::uint32_t SLOT_COUNT = 64;
   static constexpr std::uint32_t SLOT_BYTES = 320;
   static constexpr std::uint64_t FILE_BYTES = 20672;

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import serial
 
-from target_nav.errors import DeviceError
+from target_nav.hardware.device_thread import DeviceThread
 from target_nav.hardware.protocol import (
     DeviceLine,
     ErrorLine,
@@ -34,9 +34,6 @@ READ_TIMEOUT_S = 0.1
 """How soon the reader notices that it shall end, or that a write failed."""
 
 PORT_USE = PortUse("Arduino", "serial.port", "another arduino_node or a serial monitor")
-
-FIRST_RETRY_S = 0.1
-LAST_RETRY_S = 2.0
 
 LineHandler = Callable[[DeviceLine, float], None]
 
@@ -79,14 +76,13 @@ class ArduinoBridge:
         self.port = port
         self.baud = baud
         self._on_line = on_line
-        self._on_connection = on_connection or (lambda connected, reason: None)
         self._clock = clock
         self._serial: serial.Serial | None = None
         self._write_lock = threading.Lock()
         self._lost = threading.Event()
-        self._closing = threading.Event()
-        self._thread: threading.Thread | None = None
-        self._failure: Exception | None = None
+        self._reader = DeviceThread(
+            f"serial {port}", self._connect, self._read_until_lost, self._drop_port, on_connection, clock
+        )
         self._cut = False
         self._assembler = LineAssembler()
         self._connects = self._lines = self._odometry = self._errors = self._garbled = 0
@@ -99,17 +95,7 @@ class ArduinoBridge:
         Raises:
             DeviceError: the port is not there, may not be opened, or belongs to another process.
         """
-        deadline_s = self._clock() + wait_s
-        while True:
-            try:
-                self._serial = self._open_port()
-                break
-            except DeviceError:
-                if self._clock() >= deadline_s or self._closing.wait(FIRST_RETRY_S):
-                    raise
-        self._connects = 1
-        self._thread = threading.Thread(target=self._run, name=f"serial {self.port}", daemon=True)
-        self._thread.start()
+        self._reader.open(wait_s)
 
     def send_velocity(self, twist: Twist2D) -> bool:
         """Send `VEL`; False when the port is lost or stuck. A twist that is not finite raises DeviceError."""
@@ -146,17 +132,14 @@ class ArduinoBridge:
 
     def close(self) -> None:
         """Stop the robot as far as it can be reached, end the reader, close the port. May be called again."""
-        if self._thread is None:
+        if not self._reader.running:
             return
         self.send_stop()
-        self._closing.set()
-        self._thread.join(timeout=2.0)
-        self._thread = None
+        self._reader.close()
 
     def raise_failure(self) -> None:
         """Raise what ended the reader thread, if something did: an error in `on_line` is not swallowed."""
-        if self._failure is not None:
-            raise self._failure
+        self._reader.raise_failure()
 
     @property
     def connected(self) -> bool:
@@ -177,29 +160,20 @@ class ArduinoBridge:
             last_line_s=self._last_line_s,
         )
 
-    def _open_port(self) -> serial.Serial:
-        return open_port(self.port, self.baud, PORT_USE, READ_TIMEOUT_S)
-
-    def _run(self) -> None:
-        try:
-            while not self._closing.is_set():
-                reason = self._read_until_lost()
-                self._drop_port()
-                if self._closing.is_set():
-                    break
-                self._on_connection(False, reason)
-                self._reopen()
-        except Exception as error:
-            self._failure = error
-        finally:
-            self._drop_port()
+    def _connect(self) -> None:
+        port = open_port(self.port, self.baud, PORT_USE, READ_TIMEOUT_S)
+        with self._write_lock:
+            self._serial = port
+            self._cut = False
+            self._lost.clear()
+        self._connects += 1
 
     def _read_until_lost(self) -> str:
         port = self._serial
         assert port is not None
         self._assembler.reset()
         try:
-            while not self._closing.is_set():
+            while not self._reader.closing.is_set():
                 data = port.read(port.in_waiting or 1)
                 if data:
                     self._take(data, self._clock())
@@ -220,22 +194,6 @@ class ArduinoBridge:
             self._errors += isinstance(line, ErrorLine)
             self._last_line_s = stamp_s
             self._on_line(line, stamp_s)
-
-    def _reopen(self) -> None:
-        retry_s = FIRST_RETRY_S
-        while not self._closing.wait(retry_s):
-            try:
-                port = self._open_port()
-            except DeviceError:
-                retry_s = min(2.0 * retry_s, LAST_RETRY_S)
-                continue
-            with self._write_lock:
-                self._serial = port
-                self._cut = False
-                self._lost.clear()
-            self._connects += 1
-            self._on_connection(True, "")
-            return
 
     def _drop_port(self) -> None:
         with self._write_lock:

@@ -6,7 +6,6 @@ intervals until `close`; meanwhile there are no scans, and the nav process stops
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from dataclasses import dataclass
 import serial
 
 from target_nav.config import LidarConfig
-from target_nav.errors import DeviceError
+from target_nav.hardware.device_thread import DeviceThread
 from target_nav.hardware.rplidar_protocol import DeviceInfo, Health, SampleParser
 from target_nav.hardware.rplidar_start import start_lidar, stop_lidar
 from target_nav.hardware.rplidar_turns import SAMPLE_PERIOD_S, TurnAssembler
@@ -25,9 +24,6 @@ READ_BYTES = 250
 
 SILENCE_S = 3.0
 """Longer without a scan than spinning up takes: the LiDAR is lost."""
-
-FIRST_RETRY_S = 0.1
-LAST_RETRY_S = 2.0
 
 
 @dataclass(frozen=True)
@@ -64,12 +60,16 @@ class RpLidar:
         self.info: DeviceInfo | None = None
         self.health: Health | None = None
         self._on_scan = on_scan
-        self._on_connection = on_connection or (lambda connected, reason: None)
         self._clock = clock
         self._serial: serial.Serial | None = None
-        self._closing = threading.Event()
-        self._thread: threading.Thread | None = None
-        self._failure: Exception | None = None
+        self._reader = DeviceThread(
+            f"lidar {config.port}",
+            self._connect,
+            self._read_until_lost,
+            self._drop_port,
+            on_connection,
+            clock,
+        )
         self._parser = SampleParser()
         self._turns = TurnAssembler(config)
         self._connects = self._scans = self._resyncs = self._skipped = 0
@@ -82,29 +82,15 @@ class RpLidar:
             DeviceError: the port is not there, may not be opened, belongs to another process; nothing answers as an
                 RPLidar does, or it reports that it is broken.
         """
-        deadline_s = self._clock() + wait_s
-        while True:
-            try:
-                self._connect()
-                break
-            except DeviceError:
-                if self._clock() >= deadline_s or self._closing.wait(FIRST_RETRY_S):
-                    raise
-        self._thread = threading.Thread(target=self._run, name=f"lidar {self.config.port}", daemon=True)
-        self._thread.start()
+        self._reader.open(wait_s)
 
     def close(self) -> None:
         """Stop scan and motor, end the reader, close the port. May be called again."""
-        if self._thread is None:
-            return
-        self._closing.set()
-        self._thread.join(timeout=2.0)
-        self._thread = None
+        self._reader.close()
 
     def raise_failure(self) -> None:
         """Raise what ended the reader thread, if something did: an error in `on_scan` is not swallowed."""
-        if self._failure is not None:
-            raise self._failure
+        self._reader.raise_failure()
 
     @property
     def statistics(self) -> LidarStatistics:
@@ -118,27 +104,13 @@ class RpLidar:
             last_scan_s=self._last_scan_s,
         )
 
-    def _run(self) -> None:
-        try:
-            while not self._closing.is_set():
-                reason = self._read_until_lost()
-                self._drop_port()
-                if self._closing.is_set():
-                    break
-                self._on_connection(False, reason)
-                self._reconnect()
-        except Exception as error:
-            self._failure = error
-        finally:
-            self._drop_port()
-
     def _read_until_lost(self) -> str:
         port = self._serial
         assert port is not None
         began_s = self._clock()
         heard = 0
         try:
-            while not self._closing.is_set():
+            while not self._reader.closing.is_set():
                 data = port.read(READ_BYTES)
                 now_s = self._clock()
                 samples = self._parser.feed(data)
@@ -167,17 +139,6 @@ class RpLidar:
         self._turns.reset()
         self._serial = started.port
         self._connects += 1
-
-    def _reconnect(self) -> None:
-        retry_s = FIRST_RETRY_S
-        while not self._closing.wait(retry_s):
-            try:
-                self._connect()
-            except DeviceError:
-                retry_s = min(2.0 * retry_s, LAST_RETRY_S)
-                continue
-            self._on_connection(True, "")
-            return
 
     def _drop_port(self) -> None:
         port, self._serial = self._serial, None

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 
 import pytest
 
-from tests.utils.firmware import BUILD, FIRMWARE, made, need_avr_tools, need_make, need_simavr
+from tests.utils.firmware import BUILD, made, need_avr_tools, need_make, need_simavr
 
 pytestmark = pytest.mark.slow
 
@@ -49,13 +48,3 @@ def test_the_same_script_gives_the_same_bytes_on_the_atmega2560() -> None:
     need_simavr()
     (lines,) = re.findall(r"^(\d+) lines, equal$", made("golden"), re.MULTILINE)
     assert int(lines) > 1000
-
-
-def test_scripts_are_sound() -> None:
-    shellcheck = shutil.which("shellcheck")
-    if shellcheck is None:
-        pytest.skip("shellcheck is not on the path")
-    scripts = sorted(FIRMWARE.glob("*.sh"))
-    assert len(scripts) >= 3
-    done = subprocess.run([shellcheck, *scripts], capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout
