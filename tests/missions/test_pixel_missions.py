@@ -17,7 +17,7 @@ from target_nav.sim.arena import Arena, PlacedObject, load_arena
 
 pytestmark = pytest.mark.slow
 
-OWN_TARGET = '<SetTarget class="bowling_pin" height_m="0.28" width_m="0.08"/>'
+OWN_TARGET = '<SetTarget class="bowling_pin" height_m="0.28" width_m="0.08" lidar_width_m="0.032"/>'
 
 
 def look_for(folder: Path, target: str) -> Path:
