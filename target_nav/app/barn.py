@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import multiprocessing
 import time
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -71,16 +69,6 @@ def execute(order: BarnOrder) -> BarnRun:
     busy_s = time.process_time() - begin_s
     best_s = optimal_time_s(order.name)
     return BarnRun(order.name, result, reached_after_s(result.trace, arena.goal), best_s, busy_s)
-
-
-def run_all(todo: Sequence[BarnOrder], jobs: int) -> Iterator[BarnRun]:
-    """Results as they come. One process a job: py_trees keeps one blackboard a process."""
-    if jobs <= 1:
-        yield from map(execute, todo)
-        return
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        for done in as_completed([pool.submit(execute, order) for order in todo]):
-            yield done.result()
 
 
 def reached_after_s(trace: Sequence[Sequence[float]], goal: Goal) -> float | None:

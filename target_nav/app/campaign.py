@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
 import time
-from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TextIO
@@ -76,17 +74,6 @@ def execute(order: RunOrder) -> TimedResult:
         # a thousand traces are half a gigabyte
         result = replace(result, trace=())
     return TimedResult(order, result, busy_s)
-
-
-def run_all(todo: Sequence[RunOrder], jobs: int) -> Iterator[TimedResult]:
-    """Results as they come, in no order. One process a job: py_trees keeps one blackboard a process."""
-    if jobs <= 1:
-        yield from map(execute, todo)
-        return
-    # spawned, not forked: a worker must not inherit threads or an open ROS context
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        for done in as_completed([pool.submit(execute, order) for order in todo]):
-            yield done.result()
 
 
 def in_order(results: Iterable[TimedResult], todo: Sequence[RunOrder]) -> list[TimedResult]:

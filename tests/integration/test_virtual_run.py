@@ -12,11 +12,12 @@ import pytest
 pytest.importorskip("mcap")
 pytest.importorskip("matplotlib")
 
-from target_nav.app.campaign import LinesInOrder, execute, orders, run_all
+from target_nav.app.campaign import LinesInOrder, execute, orders
 from target_nav.app.paths import mission_path
 from target_nav.app.recording import RecordingError, RunRecorder, header_of, read_run
 from target_nav.app.replay import replay
 from target_nav.app.run_picture import draw_run
+from target_nav.app.spread import run_all
 from target_nav.app.virtual import RunResult, run_virtual
 from target_nav.mission import load_mission
 from target_nav.sim.arena import load_arena
@@ -129,7 +130,7 @@ def test_a_campaign_gives_the_same_lines_however_many_processes_run_it(tmp_path:
     for jobs in (1, 2):
         with (tmp_path / f"{jobs}.jsonl").open("w") as out:
             lines = LinesInOrder(todo, out, traces=True)
-            for timed in run_all(todo, jobs):
+            for timed in run_all(execute, todo, jobs):
                 lines.add(timed)
     assert (tmp_path / "1.jsonl").read_bytes() == (tmp_path / "2.jsonl").read_bytes()
     line = json.loads((tmp_path / "1.jsonl").read_text().splitlines()[0])

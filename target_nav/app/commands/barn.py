@@ -10,8 +10,9 @@ from typing import TextIO
 import click
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from target_nav.app.barn import BarnOrder, BarnRun, barn_table, run_all
+from target_nav.app.barn import BarnOrder, BarnRun, barn_table, execute
 from target_nav.app.paths import mission_path
+from target_nav.app.spread import run_all
 from target_nav.app.terminal import table_console
 from target_nav.mission import load_mission
 from target_nav.sim.barn import ROBOTS, BarnName, read_barn
@@ -64,7 +65,7 @@ def command(
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
         task = progress.add_task("worlds", total=len(todo))
-        for run in run_all(todo, jobs):
+        for run in run_all(execute, todo, jobs):
             runs.append(run)
             progress.advance(task)
     runs.sort(key=lambda run: (run.name.index, run.result.seed))

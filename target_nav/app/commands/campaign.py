@@ -14,14 +14,15 @@ from target_nav.app.campaign import (
     LinesInOrder,
     RunOrder,
     TimedResult,
+    execute,
     generated_orders,
     in_order,
     orders,
     replay_command,
-    run_all,
 )
 from target_nav.app.campaign_table import campaign_table
 from target_nav.app.paths import REFERENCE_MISSION, mission_path
+from target_nav.app.spread import run_all
 from target_nav.app.terminal import table_console
 from target_nav.app.virtual import RunResult
 from target_nav.config import Config
@@ -130,7 +131,7 @@ def _run_with_bar(todo: Sequence[RunOrder], jobs: int, lines: LinesInOrder | Non
     failed = 0
     with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
         task = progress.add_task("runs", total=len(todo))
-        for timed in run_all(todo, jobs):
+        for timed in run_all(execute, todo, jobs):
             results.append(timed)
             if lines is not None:
                 lines.add(timed)
