@@ -94,7 +94,8 @@ opencv4_tests() {
       'opencv-contrib-python-headless==4.6.0.66' 'numpy==1.26.4' || return 1
   fi
   PYTHONPATH=$folder "$bin/python" -m pytest -q -o cache_dir=.cache/pytest-opencv4 \
-    tests/unit/detectors tests/unit/sim/test_render_look.py tests/unit/sim/test_render_truth.py
+    tests/unit/detectors tests/unit/sim/test_render_look.py tests/unit/sim/test_render_truth.py \
+    tests/unit/sim/test_tags.py
 }
 if ((own <= 12)); then
   check 'detectors and renderer, OpenCV 4.6' opencv4_tests

@@ -8,6 +8,7 @@ turned and so tells them apart (`target_nav.nav.facing`).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -16,16 +17,10 @@ import numpy as np
 from target_nav.config import CameraConfig
 from target_nav.state.types import Facing, FloatArray
 
-ROLL_RAD = 0.1
-_ROLL = np.array(
-    [
-        [math.cos(ROLL_RAD), -math.sin(ROLL_RAD), 0.0],
-        [math.sin(ROLL_RAD), math.cos(ROLL_RAD), 0.0],
-        [0.0, 0.0, 1.0],
-    ]
-)
+ROLLS_RAD = (0.1, 0.35, -0.23)
 """The picture is solved as if the camera were rolled by this much: with edges exactly upright, which a wall and a level
-camera give, OpenCV 4.6 divides by next to nothing and is off by tens of pixels."""
+camera give, OpenCV 4.6 divides by next to nothing and is off by tens of pixels, or answers NaN. Where one roll does,
+the next is tried."""
 
 
 @dataclass(frozen=True)
@@ -48,21 +43,36 @@ def tag_poses(corners_px: FloatArray, side_m: float, camera: CameraConfig) -> tu
     middle = np.array([camera.center_u_px, camera.center_v_px])
     # Upright pixels in units of sideways ones, so that the roll is a rotation.
     square_px = (corners_px - middle) * np.array([1.0, 1.0 / camera.pixel_aspect])
-    turned = square_px @ _ROLL[:2, :2].T
-    matrix = np.diag([camera.focal_px, camera.focal_px, 1.0])
+    found: list[TagPose] = []
+    for roll_rad in ROLLS_RAD:
+        found = [pose for pose in _solved(points, square_px, camera.focal_px, roll_rad) if _is_finite(pose)]
+        if found:
+            break
+    return tuple(sorted(found, key=lambda pose: pose.error_px))
+
+
+def _solved(
+    points_m: FloatArray, square_px: FloatArray, focal_px: float, roll_rad: float
+) -> Iterator[TagPose]:
+    c, s = math.cos(roll_rad), math.sin(roll_rad)
+    roll = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    turned = square_px @ roll[:2, :2].T
+    matrix = np.diag([focal_px, focal_px, 1.0])
     result = cv2.solvePnPGeneric(
-        points, turned.reshape(4, 1, 2), matrix, np.zeros(4), flags=cv2.SOLVEPNP_IPPE_SQUARE
+        points_m, turned.reshape(4, 1, 2), matrix, np.zeros(4), flags=cv2.SOLVEPNP_IPPE_SQUARE
     )
     # The number of solutions comes first in every generation, then rotations, translations, errors.
     _, rotations, translations, errors = result[:4]
-    found = []
     for rotation, translation, error in zip(rotations, translations, np.asarray(errors).ravel()):
-        turn = _ROLL.T @ cv2.Rodrigues(rotation)[0]
-        right, _, forward = (float(value) for value in _ROLL.T @ np.asarray(translation).ravel())
+        turn = roll.T @ cv2.Rodrigues(rotation)[0]
+        right, _, forward = (float(value) for value in roll.T @ np.asarray(translation).ravel())
         # The outward normal is the tag's +z axis; the camera's x is right, its z forward.
         normal = turn[:, 2]
-        found.append(TagPose(forward, -right, math.atan2(-float(normal[0]), float(normal[2])), float(error)))
-    return tuple(sorted(found, key=lambda pose: pose.error_px))
+        yield TagPose(forward, -right, math.atan2(-float(normal[0]), float(normal[2])), float(error))
+
+
+def _is_finite(pose: TagPose) -> bool:
+    return all(map(math.isfinite, (pose.x_m, pose.y_m, pose.facing_rad, pose.error_px)))
 
 
 def tag_facings(corners_px: FloatArray, camera: CameraConfig) -> tuple[Facing, ...]:
