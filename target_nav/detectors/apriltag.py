@@ -24,8 +24,8 @@ NEAR_SQUARES = 0.02
 """Of a square's side: squares nearer to each other than this are one. With 4.6's own 0.05 the edge of a tag's white
 margin swallows the tag."""
 REFINED_PX = 2
-"""Half the window in which 4.6 refines a corner. Later ones fit it to the tag's cells; 4.6's own 5 pixels take in the cells of
-a far tag, and its corners are 1.6 pixels off."""
+"""Half the window in which 4.6 refines a corner. Later ones fit it to the tag's cells; 4.6's own 5 pixels take in the
+cells of a far tag, and its corners are 1.6 pixels off."""
 SCORE = 0.95
 """A tag carries eleven bits against errors: what is read at all is right."""
 
