@@ -14,20 +14,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from target_nav.config_fields import checked, choice, quantity
 from target_nav.errors import ConfigError
-
-
-def quantity(default: float | int, unit: str, low: float, high: float, doc: str) -> Any:
-    """A number with its unit and its inclusive limits."""
-    return field(default=default, metadata={"unit": unit, "low": low, "high": high, "doc": doc})
-
-
-def choice(default: str, options: tuple[str, ...], doc: str) -> Any:
-    return field(default=default, metadata={"options": options, "doc": doc})
-
-
-def switch(default: bool, doc: str) -> Any:
-    return field(default=default, metadata={"doc": doc})
 
 
 @dataclass(frozen=True)
@@ -382,7 +370,7 @@ class Config:
             current = getattr(self, section)
             spec = next(f for f in dataclasses.fields(current) if f.name == name)
             try:
-                sections.setdefault(section, {})[name] = _checked(
+                sections.setdefault(section, {})[name] = checked(
                     key, value, getattr(current, name), spec.metadata
                 )
             except ConfigError as error:
@@ -398,28 +386,3 @@ class Config:
             group = getattr(self, section.name)
             for spec in dataclasses.fields(group):
                 yield f"{section.name}.{spec.name}", getattr(group, spec.name), spec.metadata
-
-
-def _checked(key: str, value: object, current: object, metadata: Mapping[str, Any]) -> Any:
-    """`value` in the type of `current`, or a ConfigError that names the limit."""
-    if isinstance(current, bool):
-        if not isinstance(value, bool):
-            raise ConfigError(f"{key} is {value!r}; it must be true or false")
-        return value
-    if isinstance(current, str):
-        options = metadata.get("options")
-        if not isinstance(value, str) or (options and value not in options):
-            raise ConfigError(f"{key} is {value!r}; it must be {' or '.join(options) if options else 'text'}")
-        return value
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ConfigError(f"{key} is {value!r}; it must be a finite number in {metadata['unit']}")
-    low, high, unit = metadata["low"], metadata["high"], metadata["unit"]
-    if not low <= value <= high:
-        raise ConfigError(
-            f"{key} is {value:g} {unit}; it must lie in {low:g} ... {high:g} {unit} ({metadata['doc']})"
-        )
-    if isinstance(current, int):
-        if value != int(value):
-            raise ConfigError(f"{key} is {value!r}; it must be a whole number")
-        return int(value)
-    return float(value)
