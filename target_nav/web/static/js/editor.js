@@ -39,7 +39,9 @@ export function mountEditor(store, link) {
     listing = await link.ask("missions");
     files.replaceChildren(h("h2", {}, "Missions"), ...listing.files.map((each) =>
       h("button", { type: "button", role: "listitem", class: each.includes("/") ? "nested" : "", title: each, onclick: () => show(each), "aria-current": String(open?.name === each) }, each.split("/").at(-1))));
-    if (!open && listing.files.length && !page.hidden) await show(listing.files[0]);
+    // What the robot runs is what somebody most likely wants to see.
+    const running = listing.files.find((each) => each.replace(/\.\w+$/, "") === store.live.status?.mission);
+    if (!open && listing.files.length && !page.hidden) await show(running ?? listing.files[0]);
   }
 
   async function show(file) {
