@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -130,7 +131,7 @@ def any_arena(rng: Rng, clutter: bool = True, pins: int = 1) -> Arena:
     return Arena("drawn", bounds, Pose2D(-1.8, 0.0, 0.0), target, None, tuple(obstacles), tuple(decoys))
 
 
-def _clear(place, least_m: float) -> tuple[float, float]:  # type: ignore[no-untyped-def]
+def _clear(place: Callable[[], tuple[float, float]], least_m: float) -> tuple[float, float]:
     while True:
         x, y = place()
         if math.hypot(x, y) > least_m:

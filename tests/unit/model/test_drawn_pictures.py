@@ -103,10 +103,19 @@ def test_backgrounds_differ_and_a_bad_camera_moves_nothing() -> None:
 
 def test_the_simulator_s_frames_carry_its_true_boxes() -> None:
     frames = make_frames(np.random.default_rng(11), 12)
-    assert len(frames.scenes) == 12
-    drawn = frames.draw(np.random.default_rng(1))
-    assert drawn.image_bgr.shape == (HEIGHT, WIDTH, 3)
-    assert sum(len(scene.boxes) for scene in frames.scenes) > 0
+    assert len(frames.frames) == 12
+    assert sum(len(scene.boxes) for scene in frames.frames) > 0
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        drawn = frames.draw(rng)
+        assert drawn.image_bgr.shape == (HEIGHT, WIDTH, 3)
+        for left, top, right, bottom in drawn.boxes:
+            assert left < right
+            assert top < bottom
+            assert left < WIDTH
+            assert right > 0
+            assert top < HEIGHT
+            assert bottom > 0
 
 
 def test_targets_say_what_the_boxes_say() -> None:
