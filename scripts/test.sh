@@ -101,8 +101,7 @@ if ((own <= 12)); then
   check 'detectors and renderer, OpenCV 4.6' opencv4_tests
 fi
 
-# Whole stacks, which wait more than they work, go on one core and one after the other; all else goes beside them.
-check "all tests, Python 3.$own" "$bin/python" -m pytest -n 2 --dist loadgroup
+check "all tests, Python 3.$own" "$bin/python" -m pytest
 
 printf '\n'
 printf '  %s\n' "${rows[@]}"

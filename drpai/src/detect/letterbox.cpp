@@ -26,8 +26,9 @@ Placement placement_of(int picture_width, int picture_height) {
                                 static_cast<double>(INPUT_HEIGHT) / picture_height);
   const int width = static_cast<int>(std::lround(scale * picture_width));
   const int height = static_cast<int>(std::lround(scale * picture_height));
-  return {scale, static_cast<double>((INPUT_WIDTH - width) / 2),
-          static_cast<double>((INPUT_HEIGHT - height) / 2), width, height};
+  const int left = (INPUT_WIDTH - width) / 2;
+  const int top = (INPUT_HEIGHT - height) / 2;
+  return {scale, static_cast<double>(left), static_cast<double>(top), width, height};
 }
 
 void fill_planes(const cv::Mat& image_bgr, int left, int top, InputSize size, std::vector<float>& input) {
