@@ -172,7 +172,7 @@ def _chain(pictures: list[NDArray[np.uint8]]) -> list[Row]:
         logs = Path(folder)
         argv = [
             *(sys.executable, "-m", "target_nav.app.camera_node", "--no-ros", "--prefix", PREFIX),
-            *("--detector", "sim", "--logs", folder, "--set", "detector.program=network"),
+            *("--detector", "sim", "--logs", folder, "--set", "detector.program=cpp"),
         ]
         with (
             _process(argv, logs / "camera.log") as process,
