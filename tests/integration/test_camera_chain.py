@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -22,13 +22,13 @@ from target_nav.ipc import channels
 from target_nav.sim.arena import Arena, Bounds, PlacedObject
 from target_nav.sim.render import Renderer
 from target_nav.state.snapshots import CameraFrame, NavSnapshot
-from target_nav.state.types import STOP, DetectionFrame, NavState, Pose2D, TargetSpec
+from target_nav.state.types import STOP, NavState, Pose2D, TargetSpec
+from tests.utils.perception import PerceptionRig, has_object
 
 pytestmark = pytest.mark.linux
 
 CONFIG = Config()
 START_LIMIT_S = 30.0
-FRAME_PERIOD_S = 0.05
 RANGE_M, BEARING_RAD = 1.5, 0.15
 
 
@@ -40,17 +40,11 @@ def picture(with_pin: bool) -> np.ndarray:
     return Renderer(arena, CONFIG).draw(Pose2D(), 0.0, np.random.default_rng(1))
 
 
-class Chain:
-    """The test is the simulator (writes sim_camera) and the nav process (reads det)."""
+class Chain(PerceptionRig):
+    UNTIL_LIMIT_S = 10.0
 
     def __init__(self, folder: Path) -> None:
-        self.prefix = f"t{uuid.uuid4().hex[:10]}"
-        self.folder = folder
-        self.running: list[subprocess.Popen[str]] = []
-        self.sim_camera = channels.open_writer(channels.SIM_CAMERA, prefix=self.prefix)
-        self.det = channels.open_reader(channels.DET, prefix=self.prefix)
-        self.image = picture(with_pin=True)
-        self.sent: list[float] = []
+        super().__init__(folder, picture(with_pin=True))
 
     def start(self, name: str, *options: str, ready: bool = True) -> subprocess.Popen[str]:
         ready_file = self.folder / f"{name}_{uuid.uuid4().hex}"
@@ -68,35 +62,6 @@ class Chain:
             time.sleep(0.02)
         return process
 
-    def send(self) -> None:
-        stamp_s = time.monotonic()
-        self.sent.append(stamp_s)
-        self.sim_camera.write(CameraFrame(stamp_s, len(self.sent), self.image))
-        time.sleep(FRAME_PERIOD_S)
-
-    def until(self, wanted: Callable[[DetectionFrame], bool], limit_s: float = 10.0) -> DetectionFrame:
-        """Send pictures until a frame on `det` is as wanted."""
-        deadline_s = time.monotonic() + limit_s
-        newest = None
-        while time.monotonic() < deadline_s:
-            self.send()
-            frame = self.det.take_new()
-            newest = frame or newest
-            if frame is not None and wanted(frame):
-                return frame
-        raise AssertionError(f"not within {limit_s} s; the newest frame is {newest}")
-
-    def close(self) -> None:
-        for process in self.running:
-            process.kill()
-            process.wait()
-            assert process.stderr is not None
-            process.stderr.close()
-        self.sim_camera.close()
-        self.det.close()
-        for file in Path("/dev/shm").glob(f"{self.prefix}_*"):
-            file.unlink()
-
 
 @pytest.fixture
 def chain(tmp_path: Path) -> Iterator[Chain]:
@@ -105,14 +70,10 @@ def chain(tmp_path: Path) -> Iterator[Chain]:
     chain.close()
 
 
-def has_confirmed_pin(frame: DetectionFrame) -> bool:
-    return any(detection.confirmed for detection in frame.detections)
-
-
 def test_a_picture_becomes_an_object_with_range_bearing_and_its_own_stamp(chain: Chain) -> None:
     chain.start("detector_node")
     chain.start("camera_node", "--no-ros")
-    frame = chain.until(has_confirmed_pin)
+    frame = chain.until(has_object)
     (pin,) = frame.detections
     assert pin.range_m == pytest.approx(RANGE_M, rel=0.04)
     assert pin.bearing_rad == pytest.approx(BEARING_RAD, abs=0.01)
@@ -132,7 +93,7 @@ def test_a_picture_becomes_an_object_with_range_bearing_and_its_own_stamp(chain:
 def test_a_killed_detector_is_noticed_and_a_new_one_goes_on(chain: Chain) -> None:
     detector = chain.start("detector_node")
     chain.start("camera_node", "--no-ros")
-    before = chain.until(has_confirmed_pin)
+    before = chain.until(has_object)
 
     detector.send_signal(signal.SIGKILL)
     detector.wait(timeout=5.0)
@@ -147,7 +108,7 @@ def test_a_killed_detector_is_noticed_and_a_new_one_goes_on(chain: Chain) -> Non
     assert chain.det.age_s(time.monotonic()) > time.monotonic() - killed_s
 
     chain.start("detector_node")
-    after = chain.until(lambda f: has_confirmed_pin(f) and f.stamp_s > killed_s)
+    after = chain.until(lambda f: has_object(f) and f.stamp_s > killed_s)
     assert after.detections[0].range_m == pytest.approx(before.detections[0].range_m, rel=0.03)
 
 
@@ -173,7 +134,7 @@ def test_the_mission_s_target_reaches_the_detector(chain: Chain) -> None:
     """Size from the nav process scales the range; the class goes on to the detector by `calibration`."""
     chain.start("detector_node")
     chain.start("camera_node", "--no-ros")
-    chain.until(has_confirmed_pin)
+    chain.until(has_object)
     calibration = channels.open_reader(channels.CALIBRATION, prefix=chain.prefix)
     first = calibration.latest()
     assert first is not None
@@ -272,7 +233,7 @@ def test_onlookers_get_json_and_the_mode(chain: Chain) -> None:
         ros.start()
         chain.start("camera_node")
         detector = chain.start("detector_node")
-        chain.until(lambda f: has_confirmed_pin(f) and len(texts) > 3, limit_s=20.0)
+        chain.until(lambda f: has_object(f) and len(texts) > 3, limit_s=20.0)
         detector.kill()
         deadline_s = time.monotonic() + 5.0
         while "stale" not in modes and time.monotonic() < deadline_s:

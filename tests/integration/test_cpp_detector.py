@@ -8,8 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -23,14 +22,14 @@ from target_nav.detectors.undistort import Undistorter
 from target_nav.ipc import channels
 from target_nav.sim.arena import Arena, Bounds, PlacedObject
 from target_nav.sim.render import Renderer
-from target_nav.state.snapshots import Calibration, CameraFrame
+from target_nav.state.snapshots import Calibration
 from target_nav.state.types import DetectionFrame, Pose2D, RawDetectionFrame
 from tests.utils import cpp_detector, tiny_onnx
+from tests.utils.perception import PerceptionRig, has_object
 
 pytestmark = pytest.mark.linux
 
 START_LIMIT_S = 60.0
-FRAME_PERIOD_S = 0.05
 SQUARE_PX = (304, 208, 24, 64)
 """Left, top, width, height of the red thing; its box is as the network's constants say, a square of 24 px."""
 
@@ -42,17 +41,11 @@ def picture() -> np.ndarray:
     return image
 
 
-class Rig:
-    """The test is the simulator (writes sim_camera) and the nav process (reads det)."""
+class Rig(PerceptionRig):
+    UNTIL_LIMIT_S = START_LIMIT_S
 
     def __init__(self, folder: Path) -> None:
-        self.prefix = f"t{uuid.uuid4().hex[:10]}"
-        self.folder = folder
-        self.sim_camera = channels.open_writer(channels.SIM_CAMERA, prefix=self.prefix)
-        self.det = channels.open_reader(channels.DET, prefix=self.prefix)
-        self.image = picture()
-        self.sent: set[float] = set()
-        self.running: list[subprocess.Popen[str]] = []
+        super().__init__(folder, picture())
 
     def start(
         self, source: str = "sim", model: Path = cpp_detector.RED_SQUARE, *more: str
@@ -76,37 +69,9 @@ class Rig:
         (status,) = [s for s in channels.describe(self.prefix) if s.name == "detections"]
         return status.writer_pid if status.exists and status.alive else None
 
-    def send(self) -> None:
-        stamp_s = time.monotonic()
-        self.sent.add(stamp_s)
-        self.sim_camera.write(CameraFrame(stamp_s, len(self.sent), self.image))
-        time.sleep(FRAME_PERIOD_S)
-
-    def until(
-        self, wanted: Callable[[DetectionFrame], bool], limit_s: float = START_LIMIT_S
-    ) -> DetectionFrame:
-        deadline_s = time.monotonic() + limit_s
-        newest = None
-        while time.monotonic() < deadline_s:
-            self.send()
-            frame = self.det.take_new()
-            newest = frame or newest
-            if frame is not None and wanted(frame):
-                return frame
-        raise AssertionError(f"not within {limit_s} s; the newest is {newest}; {self.log()}")
-
     def log(self) -> str:
         path = self.folder / "detector.log"
         return path.read_text() if path.exists() else "(no log)"
-
-    def close(self) -> None:
-        for process in self.running:
-            process.kill()
-            process.communicate()
-        self.sim_camera.close()
-        self.det.close()
-        for file in Path("/dev/shm").glob(f"{self.prefix}_*"):
-            file.unlink()
 
 
 @pytest.fixture
@@ -114,10 +79,6 @@ def rig(tmp_path: Path) -> Iterator[Rig]:
     rig = Rig(tmp_path)
     yield rig
     rig.close()
-
-
-def has_object(frame: DetectionFrame) -> bool:
-    return any(detection.confirmed for detection in frame.detections)
 
 
 def test_pictures_become_objects_with_their_own_stamps(rig: Rig) -> None:
@@ -148,7 +109,7 @@ def test_killed_at_any_moment_it_is_back_and_nothing_wrong_was_accepted(rig: Rig
         time.sleep(float(rng.uniform(0.0, 0.05)))
         os.kill(pid, signal.SIGKILL)
         killed_s = time.monotonic()
-        frame = rig.until(lambda f: f.stamp_s > killed_s, limit_s=20.0)  # noqa: B023
+        frame = rig.until(lambda f, since_s=killed_s: f.stamp_s > since_s, limit_s=20.0)
         gone_s.append(time.monotonic() - killed_s)
         assert frame.stamp_s in rig.sent
         shown = pictures.take_new()
