@@ -40,7 +40,7 @@ RATE_HZ = 10.0
 SECONDS = 12.0
 READER_HZ = 30.0
 KILLS = 30
-IMPORTANT = ("arrive", "undistort", "prepare", "infer", "decode", "publish")
+IMPORTANT = ("arrive", "undistort", "prepare", "infer", "decode", "look", "publish")
 START_S = 60.0
 
 

@@ -60,7 +60,7 @@ def test_killed_again_and_again_it_always_comes_back(start: Start) -> None:
         pid = process.pid
         assert pid is not None
         os.kill(pid, signal.SIGKILL)
-        until(process, lambda: process.restarts == kills)  # noqa: B023
+        until(process, lambda wanted=kills: process.restarts == wanted)
         assert process.state is DetectorState.RESTARTING
 
 
